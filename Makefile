@@ -7,7 +7,7 @@ export PIP_BUILD_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
-.PHONY: run test coverage lowest wheel dist docs lessons lint format diagrams picture bench calibration numbers kept-numbers release-check robustness-proof clean
+.PHONY: run test test-slow coverage lowest wheel dist docs lessons lint format diagrams picture bench calibration numbers kept-numbers release-check robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -36,13 +36,16 @@ run: $(VENV)/run.stamp ## run the four simulations and vision with 100 observers
 	$(PYTHON) run_experiments.py vision --repeats 100
 
 # Compiled modules are kept, whatever the environment says: processes that tests start would compile them anew.
-test: $(VENV)/dev.stamp ## run the test suite
+test: $(VENV)/dev.stamp ## run the test suite without its slow tests: five minutes on two cores
 	PYTHONDONTWRITEBYTECODE= $(PYTHON) -m pytest
+
+test-slow: $(VENV)/dev.stamp ## run the slow tests: ten minutes
+	PYTHONDONTWRITEBYTECODE= $(PYTHON) -m pytest -m slow
 
 # Workers of pytest and every process that a test starts write files of their own, which are combined (pyproject.toml).
 coverage: $(VENV)/dev.stamp ## run the test suite and measure which lines of affordance/ it runs: at least 97 %
 	rm -rf build/coverage
-	PYTHONDONTWRITEBYTECODE= $(PYTHON) -m coverage run -m pytest
+	PYTHONDONTWRITEBYTECODE= $(PYTHON) -m coverage run -m pytest -m 'slow or not slow'
 	$(PYTHON) -m coverage combine --quiet
 	$(PYTHON) -m coverage report
 

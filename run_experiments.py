@@ -1,4 +1,4 @@
-"""Runs the paper's simulations and writes their numbers, figures and report: the same as ``affordance run``.
+"""Runs the paper's simulations, and writes numbers, figures and report, like ``affordance run``.
 
 run_experiments.py [weight|com|reach|hammer|vision|all|FILE.py] [--repeats N] [--seed S] [--jobs J]
                    [--out DIR] [--robot DIR | --robot FILE --tip NAME] [--vision features|pixels] [--learner NAME]

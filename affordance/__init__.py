@@ -1,6 +1,6 @@
 """Visual inertial affordances: see an object, predict its inertia, hold it, feel it, update the prediction.
 
-Names are imported at first use, so that the command line can report missing libraries if Drake cannot be imported.
+Names are imported when first used, so that the command line can report missing libraries if Drake cannot be imported.
 """
 
 import lazy_loader

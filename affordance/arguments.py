@@ -1,7 +1,7 @@
 """Checks arguments of public functions and constructors, with the same messages as the command line.
 
-Every check returns the value in the form that the program uses (such as a path or an Enum member converted from
-text), or raises a BadArgumentError that names argument, value and bound.
+Every check returns the value in the form that the program uses; for example, a text is converted to a path or an Enum
+member. An invalid value raises a BadArgumentError that names argument, value and bound.
 """
 
 import enum
@@ -19,12 +19,12 @@ from affordance.files.constraints import SEEDS, OneOf, Whole, Within, run_check
 
 type Seed = int | tuple[int, ...]
 
-# Bounds that commands and functions share; they limit time and memory (SECURITY.md).
+# Bounds for both commands and functions, which limit time and memory (SECURITY.md).
 REPEATS = Whole(1, 100_000)
 JOBS = Whole(1, max(16, 4 * (os.cpu_count() or 1)))  # a process takes 0.4 GB
 # Largest rounding error of the entries of a rotation matrix, [1].
 _ROTATION_TOLERANCE = 1e-6
-# Largest rounding difference of equal entries, relative to the largest entry, [1].
+# Largest difference between equal entries due to rounding, relative to the largest entry, [1].
 _SYMMETRY = 1e-6
 
 
@@ -39,7 +39,7 @@ def check_whole(name: str, value: Any, bound: Whole) -> int:
 
 
 def check_seed(value: Any) -> tuple[int, ...]:
-    """Checks a seed, which is a whole number or several. Several numbers separate draws of different kinds."""
+    """Checks a seed: one whole number, or several numbers to separate draws for different purposes."""
     if isinstance(value, tuple | list) and value:
         return tuple(check_whole(f"seed[{i}]", each, SEEDS) for i, each in enumerate(value))
     if isinstance(value, tuple | list):
@@ -48,9 +48,9 @@ def check_seed(value: Any) -> tuple[int, ...]:
 
 
 def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
-    """Checks that a value is an instance of a class. ``hint`` tells users how to obtain an instance.
+    """Checks that a value is an instance of a class, or of a ``runtime_checkable`` Protocol.
 
-    A Protocol must be ``runtime_checkable``.
+    ``hint`` tells users how to create such an instance.
     """
     if not isinstance(value, kind):
         given = f"is of type {type(value).__name__}, must be of type {kind.__name__}"
@@ -59,13 +59,13 @@ def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
 
 
 def check_member[E: enum.Enum](name: str, value: Any, kind: type[E]) -> E:
-    """Checks that a value is a member of an Enum, or the text of one."""
+    """Checks that a value is a member of an Enum, or the text of a member."""
     found: E = run_check(name, OneOf(kind).check, value)
     return found
 
 
 def check_fractions(name: str, values: Any) -> Array:
-    """Checks that numbers, (n,), are from 0 to 1. The message converts percentages."""
+    """Checks that numbers, (n,), are from 0 to 1. The error converts percentages."""
     fractions = check_array(name, values, (None,))
     for i, value in enumerate(fractions):
         if not 0.0 <= value <= 1.0:
@@ -75,7 +75,7 @@ def check_fractions(name: str, values: Any) -> Array:
 
 
 def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
-    """Checks shape and finiteness of an array, and returns floats. None in the shape allows any length."""
+    """Checks shape and finiteness of an array, and converts it to floats. None in the shape allows any length."""
     array = read_numbers(name, values, f" of shape {_show_shape(shape)}")
     if array.ndim != len(shape) or any(b not in (None, a) for a, b in zip(array.shape, shape, strict=True)):
         raise BadArgumentError(name, "", f"has the shape {array.shape}, must have {_show_shape(shape)}")
@@ -87,7 +87,7 @@ def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
 
 
 def read_numbers(name: str, values: Any, form: str = "") -> Array:
-    """Converts numbers of any shape to an array without checking that they are finite."""
+    """Converts numbers of any shape to an array, which may contain infinite values or NaN."""
     try:
         return np.asarray(values, dtype=float)
     except (TypeError, ValueError) as error:
@@ -113,7 +113,7 @@ def check_colour(name: str, values: Any) -> tuple[float, float, float]:
 
 
 def check_pose(name: str, X: ArrayLike) -> Array:
-    """Checks that a pose, (4, 4), is a rigid transform. Returns a read-only copy.
+    """Checks that a pose, (4, 4), is a rigid transform, and returns a read-only copy.
 
     The matrix must not scale, shear or mirror, and its last row must be (0, 0, 0, 1).
     """

@@ -1,4 +1,4 @@
-"""Array types, attributes of labelled arrays, symmetric matrices, and read-only fields."""
+"""Array types, attributes of labelled arrays, symmetric matrices and read-only fields."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,7 +13,7 @@ type Arrays = Mapping[str, NDArray[Any]]
 
 
 def about(units: str, long_name: str) -> dict[str, str]:
-    """Builds a variable's attributes: its unit ("1" if dimensionless) and meaning."""
+    """Builds the attributes of a variable: its unit ("1" if dimensionless) and its meaning."""
     return {"units": units, "long_name": long_name}
 
 

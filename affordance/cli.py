@@ -1,7 +1,7 @@
 """Command line: ``affordance COMMAND``.
 
-A command is a module of ``affordance.commands``. It is imported on demand, so that ``affordance doctor`` runs even if
-Drake cannot be imported. The name of an experiment alone runs that experiment.
+Each command is a module of ``affordance.commands``. It is imported when it is called, so ``affordance doctor`` works
+even if Drake cannot be imported. The name of an experiment is short for the command that runs it.
 """
 
 import argparse
@@ -28,22 +28,27 @@ from affordance.version import __version__
 
 # Commands that need no system library.
 _FREE = ("doctor",)
-# Commands that may take seconds but have no progress bar: the elapsed time is shown.
+# Commands that can take several seconds without a progress bar, so that the elapsed time is shown.
 _SHOW_TIME = ("see", "guess", "rank", "next", "compare-robots", "excite", "identify", "memory")
 # Names of the encoding of the locales C and POSIX, on Linux and macOS.
 _ASCII = ("ANSI_X3.4-1968", "US-ASCII")
-# Messages of the dynamic loader if it has no memory for a library.
+# Messages of the dynamic loader when there is too little memory for a library.
 _NO_MEMORY = ("failed to map segment", "annot allocate memory")
 _SAFE_PATH = "PYTHONSAFEPATH"
-# Exit status of a process that SIGPIPE ended.
+# Exit status of a process that ended because its output pipe was closed (SIGPIPE).
 _NO_READER = 141
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
-    """Runs a command, by default that of this process. Returns the exit status.
+    """Runs a command and returns its exit status.
 
-    Messages begin with ``program``. The status is 0 after success, 2 for invalid input, 3 for partly failed work, 130
-    after an interruption, or 141 for a closed output pipe.
+    Args:
+        arguments: Words of the command line; None for the arguments of this process.
+        program: Name of the program at the beginning of messages.
+
+    Returns:
+        0 after success, 2 for invalid input, 3 if part of the work failed, 130 after an interruption, 141 if the
+        output pipe was closed.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -51,7 +56,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
             return _run(words, program)
         finally:
             if sys.stdout is not None:
-                sys.stdout.flush()  # here, where a failure can still be handled
+                sys.stdout.flush()  # now, while an error can still be handled
     except AffordanceError as error:
         problem = str(error)
     except KeyboardInterrupt:
@@ -72,7 +77,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
 
 
 def _drop_output() -> None:
-    """Redirects standard output to nowhere. Otherwise the interpreter would try to flush it at exit, and fail."""
+    """Redirects standard output to nowhere. Otherwise Python would try to flush it at exit, and fail."""
     with contextlib.suppress(OSError, ValueError, AttributeError), Path(os.devnull).open("wb") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
@@ -115,7 +120,7 @@ def _run(words: Sequence[str], program: str) -> int:
     what = "print only the answer: no progress, no remarks"
     find_group(parser, OUTPUT).add_argument("-q", "--quiet", action="store_true", help=what)
     chosen = parser.parse(words)
-    run = command.run  # imports the command's module, and with it Drake, which sets its log level anew
+    run = command.run  # imports the command's module and Drake, which resets its log level
     logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
     with contextlib.ExitStack() as stack:
         if chosen.quiet:
@@ -132,7 +137,7 @@ def _run(words: Sequence[str], program: str) -> int:
 
 @contextlib.contextmanager
 def _ignore_working_folder() -> Iterator[None]:
-    """Keeps child processes from importing modules of the working folder. The console script does the same."""
+    """Prevents child processes from importing modules in the working folder, as the console script does."""
     before = os.environ.get(_SAFE_PATH)
     os.environ[_SAFE_PATH] = "1"
     try:
@@ -145,14 +150,14 @@ def _ignore_working_folder() -> Iterator[None]:
 
 
 def _list_programs(chosen: argparse.Namespace) -> list[Path]:
-    """Lists the files of user-written learners among the options."""
+    """Lists the files with user-written learners that the options name."""
     given = getattr(chosen, "learner", None) or []
     words = [given] if isinstance(given, str) else given
     return [Path(word.rpartition(":")[0]) for word in words if ".py:" in str(word)]
 
 
 def describe_import_error(error: ImportError) -> str:
-    """Describes a missing library in one line. Errors about the program's own modules are raised again."""
+    """Describes in one line why a library cannot be imported. Errors in the program's modules are raised again."""
     if (error.name or "").partition(".")[0] in ("affordance", "studies"):
         raise error
     if any(sign in str(error) for sign in _NO_MEMORY):
@@ -161,13 +166,13 @@ def describe_import_error(error: ImportError) -> str:
 
 
 def describe_memory_error(error: Exception) -> str:
-    """Describes in one line that memory is exhausted."""
+    """Describes in one line that the memory is exhausted."""
     found = " ".join(str(error).split())
     return f"memory ran out{f' ({found})' if found else ''}; fewer --jobs, or smaller settings and files, take less"
 
 
 class ShownFormatter(logging.Formatter):
-    """Formats log messages, replacing invisible characters and wrapping lines on a terminal."""
+    """Formats log messages. Invisible characters are replaced, and lines are wrapped to the terminal's width."""
 
     @override
     def format(self, record: logging.LogRecord) -> str:
@@ -176,13 +181,13 @@ class ShownFormatter(logging.Formatter):
 
 
 def describe_system_error(error: OSError) -> str:
-    """Describes a system error in one line, with the file if known."""
+    """Describes a system error in one line, with the file's name if it is known."""
     parts = (error.filename, error.strerror or str(error) or type(error).__name__)
     return show_text(" ".join(": ".join(str(part) for part in parts if part).split()))
 
 
 def _describe(program: str) -> str:
-    """Describes all commands by subject, within the width of the terminal."""
+    """Lists all commands by subject, wrapped to the width of the terminal."""
     lines = [f"usage: {program} COMMAND [options]", f"help:  {program} COMMAND --help"]
     experiments = ", ".join(SHORT)
     indent = " " * (3 + max(map(len, COMMANDS)))

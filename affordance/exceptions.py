@@ -1,7 +1,4 @@
-"""Errors that callers can handle.
-
-All derive from AffordanceError, and their text is one line.
-"""
+"""Errors that callers can handle. All derive from AffordanceError and have a message of one line."""
 
 import difflib
 from collections.abc import Iterable
@@ -12,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from numpy.typing import NDArray  # importing NumPy would take a third of the time of --help
 
-# Largest number of characters of a shown value, and of a whole message.
+# Largest number of characters in a shown value, and in a whole message.
 _SHOWN, _LONGEST = 100, 2000
-# Characters that Python does not count as printable and multi-line texts may contain.
+# Characters that are allowed in texts of several lines, although Python considers them not printable.
 PROSE = "\n\t\u00a0\u2009\u202f\u3000"
-# Words with which a name needs no article.
+# First words of names that need no additional article.
 _DETERMINERS = {"the", "a", "an", "my", "your", "our", "his", "her", "its", "their", "this", "that"}
 
 
 class AffordanceError(Exception):
-    """Base of all errors that this package raises for user input or the contents of files.
+    """Base class of all errors that this package raises for user input or file contents.
 
     Example:
         >>> from affordance import AffordanceError, load_tools
@@ -36,15 +33,12 @@ class AffordanceError(Exception):
         return _on_one_line(super().__str__())
 
     def __post_init__(self) -> None:
-        # For errors that are dataclasses: pickling between processes uses ``args``.
+        # Errors that are dataclasses need ``args`` to be pickled between processes.
         self.args = tuple(getattr(self, each.name) for each in fields(self))  # type: ignore[arg-type]
 
 
 def find_hidden(text: str, allowed: str = "") -> str:
-    """Describes the first character that is neither printable nor allowed.
-
-    The text is empty without such a character.
-    """
+    """Describes a text's first character that is neither printable nor allowed; empty if there is none."""
     hidden = (each for each in text if not each.isprintable() and each not in allowed)
     return next((f"the hidden character U+{ord(each):04X}" for each in hidden), "")
 
@@ -66,9 +60,9 @@ def show_value(value: Any) -> str:
 
 
 def suggest(value: object, known: Iterable[str]) -> str:
-    """Suggests known names that contain a value as a word, or else the closest name.
+    """Suggests known names that contain a value as a word, or else the most similar name.
 
-    The text is empty if no name is close.
+    The result is empty if no name is similar.
     """
     word, names = str(value)[:_SHOWN], list(known)
     near = [name for name in names if word in name.split("_")] or difflib.get_close_matches(word, names, n=1)
@@ -76,19 +70,19 @@ def suggest(value: object, known: Iterable[str]) -> str:
 
 
 def describe_choice(value: object, known: Iterable[str]) -> str:
-    """Describes an unknown value, and suggests the closest known name."""
+    """Describes an unknown value, and suggests the most similar known name."""
     names = list(known)
     shown = repr(value) if len(repr(value)) <= _SHOWN else f"{repr(value)[:_SHOWN]}..."
     return f"is {shown}, must be one of {', '.join(names)}{suggest(value, names)}"
 
 
 def name_object(name: str) -> str:
-    """Formats an object's name for a sentence: "the stick", but "my hammer"."""
+    """Formats an object's name for use in a sentence: "the stick", but "my hammer"."""
     return name if name.split(" ", 1)[0].lower() in _DETERMINERS else f"the {name}"
 
 
 def name_gripped(option: str) -> str:
-    """Formats the name of an option for a sentence: "mallet by head" becomes "the mallet by its head"."""
+    """Formats an option's name for use in a sentence: "mallet by head" becomes "the mallet by its head"."""
     name, _, grip = option.rpartition(" by ")
     if not name:
         return name_object(option)
@@ -97,12 +91,12 @@ def name_gripped(option: str) -> str:
 
 @dataclass(eq=False, repr=False)
 class BadValueError(AffordanceError):
-    """Error for a value in a file or on the command line: missing, of the wrong kind, or out of bounds.
+    """Error for a value in a file or on the command line that is missing, of the wrong type, or out of bounds.
 
     Attributes:
         source: Path of the file, or the command-line option.
         key: Key in the file, for example ``tools[2].components[0].semi_axes``; empty for the whole file.
-        problem: Description of the value and the bound that it violates.
+        problem: Description of the value and of the bound that it violates.
 
     Example:
         >>> from affordance import BadValueError, Settings, change_settings
@@ -122,12 +116,12 @@ class BadValueError(AffordanceError):
 
 
 class BadArgumentError(BadValueError, ValueError):
-    """Error for an argument of a public function: of the wrong kind or out of bounds.
+    """Error for an argument of a public function that is of the wrong type or out of bounds.
 
     Attributes:
-        source: Name of the argument, or of the class whose field it is.
+        source: Name of the argument, or of the class to which the field belongs.
         key: Key in the argument; empty for the whole argument.
-        problem: Description of the value and the bound that it violates.
+        problem: Description of the value and of the bound that it violates.
 
     Example:
         >>> from affordance import BadArgumentError, Prior
@@ -140,14 +134,12 @@ class BadArgumentError(BadValueError, ValueError):
 
 
 class InfeasibleError(BadValueError):
-    """Error for a valid task that an arm cannot do."""
+    """Error for a valid task that the arm cannot do."""
 
 
 @dataclass(eq=False, repr=False)
 class ModelFileError(AffordanceError):
-    """Error for a robot description that cannot be loaded or lacks parts of an arm.
-
-    Formats are SDF, URDF and Drake directives.
+    """Error for a robot description (SDF, URDF, Drake directives) that cannot be loaded or is incomplete.
 
     Attributes:
         path: Path of the file.
@@ -175,7 +167,9 @@ class ModelFileError(AffordanceError):
 class UnavailableError(AffordanceError):
     """Error for a feature that needs software missing on this machine.
 
-    ``part`` includes its verb, as in "rendered pictures are".
+    Attributes:
+        part: Name of the feature with its verb, as in "rendered pictures are".
+        problem: Reason why it is unavailable.
     """
 
     part: str
@@ -187,9 +181,11 @@ class UnavailableError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class NoPlanError(AffordanceError):
-    """Error for a controller that finds no motion within position and velocity limits.
+    """Error of a controller that finds no motion within position and velocity limits.
 
-    ``time`` is the time since the motion began, [s]; ``place``, in words, is empty if unknown.
+    Attributes:
+        time: Time since the motion began, [s].
+        place: Description of the place; empty if unknown.
     """
 
     time: float
@@ -202,9 +198,13 @@ class NoPlanError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class StallError(AffordanceError):
-    """Error for a simulation that exceeds the allowed number of steps.
+    """Error for a simulation that takes more than the allowed number of steps.
 
-    ``time`` is simulated, [s], and ``touches`` are pairs of names of bodies in contact.
+    Attributes:
+        tool: Name of the tool.
+        time: Simulated time, [s].
+        num_steps: Allowed number of steps.
+        touches: Pairs of names of bodies that are in contact.
     """
 
     tool: str
@@ -222,8 +222,11 @@ class StallError(AffordanceError):
 class SeeingError(AffordanceError):
     """Error for a picture in which an object's features cannot be detected.
 
-    The picture is red, green and blue, (height, width, 3), uint8, with
-    depth, (height, width), [m]; the frame is the path under which it was saved, empty if it was not.
+    Attributes:
+        reason: Description of the fault.
+        colour: Red, green and blue of the picture, (height, width, 3), uint8.
+        depth: Depth of the picture, (height, width), [m].
+        frame: Path of the saved picture; empty if it was not saved.
     """
 
     reason: str
@@ -249,7 +252,7 @@ class OneColourError(SeeingError):
 
 
 class NothingSeenError(SeeingError):
-    """Error for a picture of the empty stand: there is no object, or it is out of view."""
+    """Error for a picture of an empty stand: there is no object, or it is out of view."""
 
 
 class OutOfViewError(SeeingError):
@@ -257,11 +260,11 @@ class OutOfViewError(SeeingError):
 
 
 class TooSmallError(SeeingError):
-    """Error for a part that covers fewer pixels than its fit needs."""
+    """Error for a part that covers too few pixels to be fitted."""
 
 
 class HiddenPartError(SeeingError):
-    """Error for a part that is largely hidden by another part."""
+    """Error for a part that is mostly hidden by another part."""
 
 
 class NoFitError(SeeingError):
@@ -269,6 +272,6 @@ class NoFitError(SeeingError):
 
 
 def _on_one_line(text: str) -> str:
-    """Formats a text as one line of limited length, without control characters."""
+    """Formats a text as a single line of limited length, without control characters."""
     line = show_text(" ".join(text.split()))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"

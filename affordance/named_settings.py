@@ -1,8 +1,8 @@
 """Lists and changes settings by name, as in ``--set prior.sd=8000``.
 
-A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model`` and the
-learner by ``learner``; their parameters are then named after the chosen one's fields, such as ``learner.kappa``. The
-arm has no name because it belongs to a model folder.
+A name is a path of fields, such as ``noise.weber_fraction``. ``noise.model`` selects the noise model and ``learner``
+selects the learner. Their parameters are named after the fields of the selected model, such as ``learner.kappa``. The
+arm has no name, because it belongs to a model folder.
 """
 
 import enum
@@ -22,7 +22,7 @@ from affordance.files.constraints import Setting, list_field_types
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
-# Values by name; a nested mapping contains values of the names below its own.
+# Values by name. The value can be a mapping from the remaining parts of names to values.
 type Changes = Mapping[str, Any]
 
 # Noise models by name.
@@ -31,15 +31,19 @@ NO_CHANGES: Changes = {}
 _NOISE, _MODEL, _LEARNER = "noise", "model", "learner"
 _NOISE_MODEL = f"{_NOISE}.{_MODEL}"
 _MODEL_SOURCE = (
-    "the just noticeable difference of a force on hand and arm is a fraction of it (docs/decisions/0004-noise.md)"
+    "the just noticeable difference of a force is proportional to the force (docs/decisions/0004-noise.md)"
 )
 
 
 class NamedSetting(NamedTuple):
-    """Setting with its name, value and meaning. The name is a path of fields.
+    """Setting with its name, value and meaning.
 
-    The unit is "1" if dimensionless, and empty if the value is not a number. The source is a reference or reason for
-    the default value.
+    Attributes:
+        name: Path of fields.
+        value: Current value.
+        unit: Unit; "1" if dimensionless, empty if the value is not a number.
+        source: Reference or reason for the default value.
+        meaning: Description of the setting.
     """
 
     name: str
@@ -50,7 +54,7 @@ class NamedSetting(NamedTuple):
 
 
 def list_settings(settings: Settings = DEFAULT_SETTINGS) -> list[NamedSetting]:
-    """Lists all settings that have names."""
+    """Lists all settings that can be changed by name."""
     return list(_walk(settings, ""))
 
 
@@ -58,19 +62,19 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
     """Changes settings by name.
 
     Args:
-        settings: Settings to start from.
-        changes: Values by name, such as ``{"prior.sd": 8000}``, also nested: ``{"prior": {"sd": 8000}}``.
-        source: Source of the changes, for errors; in a file they are under the key ``settings``.
+        settings: Original settings.
+        changes: Values by name, either flat, such as ``{"prior.sd": 8000}``, or nested: ``{"prior": {"sd": 8000}}``.
+        source: Source of the changes, for errors. In a file, they are under the key ``settings``.
 
     Raises:
-        BadValueError: There is no such setting, or a value is of the wrong kind or out of bounds.
+        BadValueError: A setting is unknown, or a value is of the wrong type or out of bounds.
     """
     check_kind("settings", settings, Settings, "Settings(...) makes them")
     check_kind("changes", changes, Mapping, "such as {'prior.sd': 8000}")
     prefix = "settings." if isinstance(source, Path) else ""
     flat = dict(_flatten(changes, ""))
     if _LEARNER in flat:
-        flat = {_LEARNER: flat.pop(_LEARNER), **flat}  # first, because it decides which parameters there are
+        flat = {_LEARNER: flat.pop(_LEARNER), **flat}  # first, because parameters depend on it
     if _NOISE_MODEL in flat:
         model = flat.pop(_NOISE_MODEL)
         if model not in list(NOISE_MODELS):  # a list, because values from YAML may not be hashable
@@ -89,9 +93,10 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
 
 
 def parse_changes(words: Sequence[str]) -> dict[str, Any]:
-    """Parses words such as ``prior.sd=8000`` into values by name, as YAML.
+    """Parses words such as ``prior.sd=8000`` to values by name. Values are written in YAML.
 
-    A word of another form, or a setting that is named twice, raises a BadValueError.
+    Raises:
+        BadValueError: A word is not of this form, or a setting is named twice.
     """
     changes: dict[str, Any] = {}
     for word in words:
@@ -105,7 +110,7 @@ def parse_changes(words: Sequence[str]) -> dict[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """Parses a value as in a settings file. Invalid YAML counts as text."""
+    """Parses a value as in a settings file. Text that is not valid YAML is returned as it is."""
     try:
         return parse_yaml(text, "value")
     except BadValueError:
@@ -119,7 +124,7 @@ def describe_changes(settings: Settings) -> dict[str, Any]:
 
 
 def list_usual(settings: Settings) -> list[NamedSetting]:
-    """Lists the defaults of all settings, including those of the given learner's parameters."""
+    """Lists the default values of all settings, including the parameters of the current learner."""
     learner = [
         each
         for each in list_settings(replace(settings, learner=settings.learner.usual))
@@ -150,12 +155,12 @@ def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
         elif is_dataclass(value):
             for model, kind in NOISE_MODELS.items():
                 if path == _NOISE and isinstance(value, kind):
-                    yield NamedSetting(_NOISE_MODEL, model, "", _MODEL_SOURCE, "Model of the errors of torques.")
+                    yield NamedSetting(_NOISE_MODEL, model, "", _MODEL_SOURCE, "Model of torque errors.")
             yield from _walk(value, f"{path}.")
 
 
 def _describe_unknown(name: str, known: Sequence[str]) -> str:
-    """Describes an unknown name, with similar names."""
+    """Describes an unknown name, and lists similar names."""
     siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
     if siblings:
         return describe_choice(name, siblings)
@@ -179,7 +184,7 @@ def _replace(holder: Any, path: Sequence[str], value: Any) -> Any:
 
 
 def read_meanings(kind: type) -> dict[str, str]:
-    """Reads attribute descriptions from a class's docstring."""
+    """Extracts the descriptions of attributes from the docstring of a class."""
     _, _, attributes = (inspect.getdoc(kind) or "").partition("Attributes:\n")
     return {
         name: " ".join(text.split())

@@ -1,4 +1,4 @@
-"""Robot with its arm, tasks and objects, all from one model folder."""
+"""Robot with its arm, tasks and objects, all stored in one model folder."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,9 +18,10 @@ from affordance.plant.serial_chain import SerialChain
 
 @dataclass(frozen=True)
 class Robot:
-    """Robot loaded from a model folder, by default the paper's arm. ``import_arm`` writes such folders.
+    """Robot from a model folder, by default the paper's arm.
 
-    ``identify``, ``rank`` and ``TrialRunner`` accept it. Files are read when a property is first used.
+    ``import_arm`` writes such folders. ``identify``, ``rank`` and ``TrialRunner`` accept a Robot. Files are read when
+    a property is first used.
 
     Attributes:
         folder: Model folder.
@@ -35,7 +36,11 @@ class Robot:
     folder: Path = MODELS
 
     def __post_init__(self) -> None:
-        """Raises a BadValueError if the path is not a folder, or the folder contains no arm."""
+        """Checks the folder.
+
+        Raises:
+            BadValueError: The path is not a folder, or the folder contains no arm.
+        """
         folder = check_path("folder", self.folder)
         if not folder.is_dir():
             raise BadValueError(folder, "", "is not a folder, must be one that import-arm wrote")
@@ -83,7 +88,7 @@ class Robot:
 
     @property
     def limits(self) -> JointLimits:
-        """Limits of the joints, each (num_joints,)."""
+        """Limits of the joints, each of shape (num_joints,)."""
         return self.arm.limits
 
     @property
@@ -93,7 +98,7 @@ class Robot:
 
     @cached_property
     def chain(self) -> SerialChain:
-        """Chain of joints and links up to the hand, with which ``identify`` identifies payloads."""
+        """Chain of joints and links up to the hand. ``identify`` uses it to identify payloads."""
         return build_unmounted_chain(self.arm)
 
     @property

@@ -14,9 +14,9 @@ _TIMEOUT = 10.0  # for a call of git, [s]
 
 @functools.cache
 def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
-    """Finds the git commit of a source folder, 40 digits. The text ends with ``-dirty`` if files have changed since.
+    """Finds the git commit of a source folder, as 40 digits. The suffix ``-dirty`` marks uncommitted changes.
 
-    Returns None if git is missing, or if the folder is not in a repository, as for an installed program.
+    The result is None if git is missing, or if the folder is not in a repository, as for an installed program.
     """
     git = shutil.which("git")
     if git is None or _ask(git, folder, "ls-files", "--error-unmatch", ".") is None:
@@ -25,7 +25,7 @@ def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
 
 
 def _ask(git: str, folder: Path, *arguments: str) -> str | None:
-    """Runs git in a folder. Returns its output, or None if it fails."""
+    """Runs git in a folder, and returns its output; None if it fails."""
     try:
         done = subprocess.run(
             [git, "-C", str(folder), *arguments], capture_output=True, text=True, timeout=_TIMEOUT, check=True

@@ -1,6 +1,7 @@
 """Redraws the pictures in this folder: ``make diagrams``.
 
-``weight`` is read from the Diagram that is run, ``house`` from the directions of imports in pyproject.toml.
+The picture ``weight`` is drawn from the Diagram of an experiment, and ``house`` from the contracts of imports in
+pyproject.toml.
 """
 
 import tomllib
@@ -12,7 +13,7 @@ from affordance.simulation.diagram import TrialDiagram
 
 HERE = Path(__file__).parent
 WIDTH, HEIGHT = 640, 28  # of the house, and of one of its layers, [px]
-# Groups of layers with their colours; layers in no group are not drawn.
+# Groups of layers with their colours. Layers outside these groups are not drawn.
 GROUPS = {
     "the program": ("#eeeeee", {"commands"}),
     "beyond the paper": ("#fbe8d3", {"extensions"}),
@@ -23,7 +24,7 @@ GROUPS = {
             *("plant", "belief", "objects"),
         },
     ),
-    "what they stand on": ("#e3f1e0", {"reporting", "settings", "runs", "files", "drake"}),
+    "foundations": ("#e3f1e0", {"reporting", "settings", "runs", "files", "drake"}),
 }
 
 
@@ -34,7 +35,7 @@ def main() -> None:
 
 
 def draw_house() -> str:
-    """Draws the layers of the library as an SVG: a folder imports only from the rows below its own."""
+    """Draws the layers of the library as SVG. A folder imports only from the rows below its own."""
     project = tomllib.loads((HERE.parent / "pyproject.toml").read_text(encoding="utf-8"))
     layers, extensions = (each["layers"] for each in project["tool"]["importlinter"]["contracts"][:2])
     rows = []

@@ -1,9 +1,9 @@
-"""Example of a learner: a Kalman filter of changing densities, which discounts old lifts.
+"""Example of a learner: a Kalman filter for densities that change, so that old lifts count less.
 
     affordance run linear_plus_plus --learner examples/forgetting.py:Forgetting --repeats 20
     affordance run weight --learner examples/forgetting.py:Forgetting --set learner.drift=50
 
-The page docs/howto/own_learner.md explains it.
+docs/howto/own_learner.md explains the example.
 """
 
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ from affordance.files.constraints import Setting, Within
 
 
 class Forgetting(OneDensity):
-    """Kalman filter with drifting densities, one for each colour."""
+    """Kalman filter in which the mean density of each colour drifts."""
 
     @dataclass(frozen=True)
     class Parameters:
         """Parameters of the filter.
 
         Attributes:
-            drift: Standard deviation of the change of a mean density from one lift to the next.
+            drift: Standard deviation of the change of a mean density between two lifts.
         """
 
         drift: Annotated[float, Within(0.0, 1e4), Setting("kg/m^3", "an example, fitted to nothing")] = 100.0
@@ -36,7 +36,7 @@ class Forgetting(OneDensity):
         expected, believed = self.expect(state, seen), self.believe(state)
         likelihood = felt.find_likelihood(expected)
         own = expected.condition(likelihood)
-        # The object's densities are those of its colours with independent deviations.
+        # The object's densities are the mean densities of its colours plus independent deviations.
         gain = believed.covariance[:, :, list(seen.colours)] @ expected.precision
         mean = believed.mean + np.matvec(gain, own.mean - expected.mean)
         change = gain @ (own.covariance - expected.covariance) @ np.swapaxes(gain, 1, 2)

@@ -1,4 +1,4 @@
-"""Example of a LeafSystem in the Diagram, which reads the estimator's posterior during a hold.
+"""Example of a LeafSystem in the Diagram that reads the estimator's posterior during a hold.
 
 Prints:
 
@@ -24,7 +24,7 @@ class MassWatch(SampledSystem):
 
     def _print(self, context: Context) -> None:
         belief = self._posterior.Eval(context)
-        (volume,) = belief.geometry.Phi[0]  # mass, the first inertial parameter, for a density of one
+        (volume,) = belief.geometry.Phi[0]  # the first inertial parameter, mass, per unit density
         low, high = volume * belief.densities.compute_percentiles([0.25, 0.75]).ravel()
         print(f"after {context.get_time():.1f} s it is believed to weigh {low:.2f} to {high:.2f} kg")
 
@@ -34,11 +34,11 @@ runner = TrialRunner()
 trial = runner.get_diagram()
 
 builder = DiagramBuilder()
-# Figure 2. Its outputs are what is seen (features), felt (measured_tau, measured_state, measured_vdot) and believed.
+# Figure 2 of the paper. Its outputs are features, measured_tau, measured_state, measured_vdot and the posterior.
 paper = builder.AddNamedSystem("paper", trial.diagram)
 watch = builder.AddNamedSystem("mass_watch", MassWatch())
 builder.Connect(paper.GetOutputPort("posterior"), watch.GetInputPort("posterior"))
-trial.diagram = builder.Build()  # which the trial now sets up and runs
+trial.diagram = builder.Build()  # the trial now sets up and runs the new Diagram
 
 simulator = trial.prepare(trial.diagram.CreateDefaultContext(), rod, trial.hold, runner.start_memory(), seed=0)
 record = trial.finish(simulator, rod, duration=1.0)

@@ -1,4 +1,4 @@
-"""See, guess, feel, learn: what an arm expects a brass rod to weigh before it holds it, and after others were held.
+"""See, guess, feel, learn: predicts the mass of brass rods before each hold, and learns from the hold.
 
 Prints:
 
@@ -15,10 +15,10 @@ runner = TrialRunner()
 memory = runner.start_memory()
 for trial, rod in enumerate(itertools.islice(load_tools(MODELS / "tools" / "weight.yaml"), 3)):
     (part,) = rod.components
-    volume = rod.mass / part.material.density  # the form is seen, [m^3]
+    volume = rod.mass / part.material.density  # known from the visible shape, [m^3]
     guess = memory.add_colours([part.material.colour], runner.settings.prior).density("brass")
     record = runner.run_hold(rod, memory, duration=3.0, seed=(0, trial))
-    memory = record.memory  # learned from what the joints felt
+    memory = record.memory  # updated from the measured joint torques
     print(
         f"{rod.name} looks like {volume * guess.p25:.2f} to {volume * guess.p75:.2f} kg, weighs {rod.mass:.2f} kg "
         f"and moves {100.0 * max(record.height_centre, key=abs):+.0f} cm"

@@ -1,4 +1,4 @@
-"""Which grip: the same stick is best held by one end for reaching, and by the other for driving a nail.
+"""Which grip: one end of the same stick is best for reaching, and the other end for driving a nail.
 
 Prints:
 

@@ -1,4 +1,4 @@
-"""Your robot and your log: what does this arm hold? Here robot and log are ours, so that the truth is known.
+"""Your robot and your log: identifies a payload. Here both are simulated, so that the true payload is known.
 
 Prints:
 
@@ -14,13 +14,13 @@ import numpy as np
 from affordance import MODELS, Runs, identify, load_robot, read_run
 
 robot = load_robot(MODELS / "arm.dmd.yaml", "hand_grip")
-MASS, CENTRE = 0.8, np.array([0.12, 0.0, 0.01])  # of the load, which the log does not say, [kg] and [m]
+MASS, CENTRE = 0.8, np.array([0.12, 0.0, 0.01])  # true payload, which is not in the log, [kg] and [m]
 moments = np.diag([0.0004, 0.002, 0.002]) + MASS * (CENTRE @ CENTRE * np.eye(3) - np.outer(CENTRE, CENTRE))
 load = np.array([MASS, *MASS * CENTRE, *np.diag(moments), moments[0, 1], moments[0, 2], moments[1, 2]])
 
 
 def write_log(path: Path, pi: np.ndarray) -> None:
-    """Writes 20 s of a motion of slow sines: joint angles and torques, with an error of 0.05 N m."""
+    """Writes a log of a 20 s motion of slow sines: joint angles, and torques with an error of 0.05 N m."""
     rng, n = np.random.default_rng(0), robot.num_joints
     times, omega = np.arange(0.0, 20.0, 0.01), 2.0 * np.pi * np.linspace(0.1, 0.3, n)
     phase = np.outer(times, omega)

@@ -1,4 +1,4 @@
-"""Your tool: describe it in a file, see what it weighs, and by which end to take it.
+"""Your tool: describes a tool in a file, computes its mass, and finds the better end to hold.
 
 Prints:
 

@@ -1,4 +1,1 @@
-"""Studies: evidence about the library, from a clone of the repository.
-
-Studies import the library, never the reverse.
-"""
+"""Studies that validate the library. They require a clone of the repository."""

@@ -1,18 +1,20 @@
-"""Measures speed relative to other programs and to brute force: ``make bench``.
+"""Benchmarks of run time against other programs and brute-force solutions: ``make bench``.
 
-Everything runs in one process with one thread. Compare ratios, because times change with the machine and its load.
-Two ways to do the same are timed in turns, so that the load affects both alike.
+All benchmarks use one process and one thread, and measure processor time. Alternatives are timed in turns, so that
+the load of the machine affects them equally. Ratios are therefore more reliable than times. Each ratio is a median
+over turns, followed by its range.
 """
 
 import os
 import time
 from collections.abc import Callable
 
-# Before NumPy is imported: matrices here are small, and threads would wait for each other.
+# This must precede the import of NumPy. Matrices are small, so threads would slow down the computation.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 import pinocchio
+from numpy.typing import NDArray
 from pydrake.solvers import MathematicalProgram, OsqpSolver, SolverOptions
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.controllers import InverseDynamicsController
@@ -48,38 +50,42 @@ from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import TrialRunner
 
 SETTINGS = DEFAULT_SETTINGS
-# Row of the table: what is measured, what it is compared with, and the result.
+_TURNS = 9  # number of turns for holds and for choices of a grip
+# Row of the table: benchmark, alternative, and result.
 type Row = list[str]
 
 
-def time_in_turns(*calls: Callable[[], object], turns: int, calls_per_turn: int = 1) -> list[float]:
-    """Times functions in turns.
+def time_in_turns(*calls: Callable[[], object], turns: int, calls_per_turn: int = 1) -> Array:
+    """Measures the processor time of functions in turns, after one call of each.
 
-    Returns each function's median over turns of the mean time per call, [s].
+    Returns: Mean time per call of each function in each turn, [s], (functions, turns).
     """
-    times: list[list[float]] = [[] for _ in calls]
     for call in calls:
         call()
-    for _ in range(turns):
-        for own, call in zip(times, calls, strict=True):
-            start = time.perf_counter()
+    times = np.empty((len(calls), turns))
+    for turn in range(turns):
+        for place, call in enumerate(calls):
+            start = time.process_time()
             for _ in range(calls_per_turn):
                 call()
-            own.append((time.perf_counter() - start) / calls_per_turn)
-    return [float(np.median(own)) for own in times]
+            times[place, turn] = (time.process_time() - start) / calls_per_turn
+    return times
+
+
+def format_turns(ratios: Array, decimals: int) -> str:
+    """Formats the median over turns with the range."""
+    middle, low, high = (f"{f(ratios):,.{decimals}f}" for f in (np.median, np.min, np.max))
+    return f"{middle} ({low} to {high})"
 
 
 def build_cpp_hold(tool: Tool, density: float) -> Callable[[], object]:
-    """Builds a hold with Drake's controller in C++, and returns a function that runs it.
-
-    The hold has the same gains and belief.
-    """
+    """Returns a function that simulates a hold with a C++ controller of Drake, using the same gains and belief."""
     builder, T = DiagramBuilder(), SETTINGS.mpc.horizon
     arm, believed = add_arm(builder, SETTINGS.arm), load_arm(SETTINGS.arm)
     context = believed.plant.CreateDefaultContext()
     believed.set_payload(context, tool.parameters * density / tool.components[0].material.density)
     one = np.ones(arm.num_joints)
-    gains = 6.0 / T**2 * one, 0.0 * one, 4.0 / T * one  # of minimum angular acceleration in continuous time
+    gains = 6.0 / T**2 * one, 0.0 * one, 4.0 / T * one  # for minimum angular acceleration in continuous time
     control = builder.AddSystem(InverseDynamicsController(believed.plant, *gains, False, context))
     rest = np.concatenate([arm.home, 0.0 * one])
     goal = builder.AddSystem(ConstantVectorSource(rest))
@@ -106,10 +112,10 @@ def build_cpp_hold(tool: Tool, density: float) -> Callable[[], object]:
 
 
 def measure_loop() -> list[Row]:
-    """Compares the closed loop with a hold in C++, on the trials of Simulation I."""
+    """Compares the control loop with a controller in C++ in the trials of Simulation I."""
     tools, runner = weight.read(Setup()), TrialRunner(SETTINGS)
     learned = 0.97 * tools[0].components[0].material.density  # close to the belief after one or two trials
-    total = np.zeros(2)
+    times = np.zeros((2, _TURNS))
     for number, tool in enumerate(tools):
         density = learned if number else SETTINGS.prior.mode
         belief = DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density]))
@@ -118,16 +124,18 @@ def measure_loop() -> list[Row]:
         def hold(tool: Tool = tool, memory: MaterialMemory = memory) -> None:
             runner.run_hold(tool, memory, duration=weight.DURATION, seed=(0,))
 
-        total += time_in_turns(build_cpp_hold(tool, density), hold, turns=9)
+        times += time_in_turns(build_cpp_hold(tool, density), hold, turns=_TURNS)
     hertz = f"{1.0 / SETTINGS.control_period:.0f} Hz"
+    in_cpp, ours = times
+    speed = format_turns(len(tools) * weight.DURATION / ours, 0)
     return [
-        [f"closed loop at {hertz}", "the same plant, held in C++", f"{total[0] / total[1]:.2f} of its speed"],
-        [f"closed loop at {hertz}", "real time", f"{len(tools) * weight.DURATION / total[1]:.0f} times"],
+        [f"closed loop at {hertz}", "the same plant, held in C++", f"{format_turns(in_cpp / ours, 2)} of its speed"],
+        [f"closed loop at {hertz}", "real time", f"{speed} times as fast"],
     ]
 
 
 def measure_mpc() -> list[Row]:
-    """Compares a control period with the algebra alone and, at active limits, with OSQP."""
+    """Compares a control period with pure linear algebra and, at active limits, with OSQP."""
     arm, rng = load_arm(), np.random.default_rng(0)
     model, hold, mpc, n = (
         ArmModel(arm),
@@ -153,9 +161,9 @@ def measure_mpc() -> list[Row]:
             mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
 
     def build_program(x: Array, goal: TerminalGoal) -> MathematicalProgram:
-        """Builds the program that suits OSQP best: accelerations only, with hard goal and limits.
+        """Builds a quadratic program that suits OSQP: only accelerations, with hard goal and limits.
 
-        The program is not always feasible.
+        The program can be infeasible.
         """
         program, limits, steps = MathematicalProgram(), arm.limits, len(angle) // n
         vdot = program.NewContinuousVariables(len(angle))
@@ -197,16 +205,20 @@ def measure_mpc() -> list[Row]:
         [
             "control step, no limit active",
             "closed form, factorised at every step",
-            f"{free / algebra:.1f} times its time",
+            f"{format_turns(free / algebra, 1)} times its time",
         ],
-        ["control step, limits active", "OSQP at 1e-6, on stored programs", f"{ours / osqp:.2f} of its time"],
+        [
+            "control step, limits active",
+            "OSQP at 1e-6, on stored programs",
+            f"{format_turns(ours / osqp, 2)} of its time",
+        ],
     ]
 
 
 def measure_regressor() -> list[Row]:
-    """Compares the payload regressor of 300 samples with Pinocchio.
+    """Compares the payload regressor of 300 samples with the full regressor of Pinocchio.
 
-    Pinocchio has no regressor for a single body.
+    Pinocchio's regressor of one body takes three calls from Python and is slower.
     """
     chain, other = build_chain(load_arm()), pinocchio.Model()
     for number in range(chain.num_joints):
@@ -223,14 +235,12 @@ def measure_regressor() -> list[Row]:
     ours, theirs = time_in_turns(
         lambda: chain.compute_payload_regressors(q, v, vdot), loop, turns=21, calls_per_turn=5
     )
-    return [["payload regressor, 300 samples", "Pinocchio's, C++, in a loop", f"{ours / theirs:.2f} of its time"]]
+    ratio = f"{format_turns(ours / theirs, 2)} of its time"
+    return [["payload regressor, 300 samples", "Pinocchio's, C++, in a loop", ratio]]
 
 
 def measure_strike() -> list[Row]:
-    """Measures the time to simulate a blow by either grip of the stick.
-
-    Tool and nail may touch.
-    """
+    """Measures the time for simulating a blow with contact for both grips of the stick."""
     _, (stick, *_), task = hammer.read(Setup())
     memory = MaterialMemory.from_densities(list_densities([stick]))
     model, runner, seconds, contact = ArmModel(load_arm()), TrialRunner(SETTINGS), [], 0.0
@@ -248,50 +258,56 @@ def measure_strike() -> list[Row]:
         for _ in range(5):
             own = Simulator(trial.diagram, simulator.get_context().Clone())
             ApplySimulatorConfig(config, own)
-            start = time.perf_counter()
+            start = time.process_time()
             own.AdvanceTo(leave)
-            seconds.append(time.perf_counter() - start)
-    return [[f"{1e3 * contact:.0f} ms of a blow in contact", "", f"{np.median(seconds):.2f} s"]]
+            seconds.append(time.process_time() - start)
+    return [[f"{1e3 * contact:.0f} ms of a blow in contact", "", f"{format_turns(np.array(seconds), 2)} s"]]
 
 
 def measure_decisions() -> list[Row]:
-    """Compares choices of the stick's grip by inner simulation with simulations.
+    """Compares inner simulation with full simulation for choosing a grip of the stick for reaching.
 
-    The task is reaching.
-
-    Half of the densities are drawn before, half after an observer's first hold, so that they include near ties.
+    Half of the densities are drawn from the prior, and half after the first hold, so that there are near ties.
     """
     setup, count, many = Setup(), 100, 10_000
     held, (tool, *_), task = reach.read(setup)
-    start = time.perf_counter()
-    choice = plan_choice(list_options(tool), task, setup.settings)
-    planning = time.perf_counter() - start
+    start = time.process_time()
+    choice = plan_choice(list_options(tool), task, setup.settings)  # once: the plan is then in a cache
+    planning = time.process_time() - start
     _, (before, after, *_), _ = experience.hold(setup, held, 0)
     rng = np.random.default_rng(0)
     beliefs = [memory.belief.add_object_variation(setup.settings.prior.deviation) for memory in (before, after)]
     rho = np.vstack([belief.draw_samples(rng, count // 2) for belief in beliefs])
-    start = time.perf_counter()
     work, feasible = np.empty((2, count)), np.empty((2, count), dtype=bool)
-    for k, densities in enumerate(rho):
-        known = dict(zip(list_colours(held), map(float, densities), strict=True))
-        for place, own in enumerate(tool.list_gripped().values()):
-            motion = roll_out(own, task, known, setup.settings)
-            work[place, k], feasible[place, k] = motion.work, motion.error <= task.path.tolerance
-    brute = (time.perf_counter() - start) / count
-    planned = choice.compute_costs(choice.compute_parameters(before, rho))
-    full = Costs(work, np.full_like(work, np.nan), feasible, work)
-    one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (planned, full))
+
+    def simulate(samples: NDArray[np.int_]) -> None:
+        for k in samples:
+            known = dict(zip(list_colours(held), map(float, rho[k]), strict=True))
+            for place, own in enumerate(tool.list_gripped().values()):
+                motion = roll_out(own, task, known, setup.settings)
+                work[place, k], feasible[place, k] = motion.work, motion.error <= task.path.tolerance
 
     def decide() -> None:
         pick_cheapest(choice.compute_costs(choice.draw_parameters(before, rng, many)), rng)
 
-    (fast,) = time_in_turns(decide, turns=7)
-    ratio = f"{many * brute / (fast + planning):,.0f} times as fast; same choice in {np.sum(one == other)} of {count}"
-    return [[f"{many:,} choices of a grip, with planning", "simulating both grips", ratio]]
+    decide()
+    of_one, of_many = np.empty((2, _TURNS))
+    for turn, samples in enumerate(np.array_split(np.arange(count), _TURNS)):
+        start = time.process_time()
+        simulate(samples)
+        middle = time.process_time()
+        decide()
+        of_one[turn], of_many[turn] = (middle - start) / len(samples), time.process_time() - middle
+    planned = choice.compute_costs(choice.compute_parameters(before, rho))
+    full = Costs(work, np.full_like(work, np.nan), feasible, work)
+    one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (planned, full))
+    ratio = format_turns(many * of_one / (of_many + planning), 0)
+    same = f"same choice in {np.sum(one == other)} of {count}"
+    return [[f"{many:,} choices of a grip, with planning", "simulating both grips", f"{ratio} times as fast; {same}"]]
 
 
 def measure_observers() -> list[Row]:
-    """Compares lifts of Linear++ by 1,000 observers in arrays and one by one."""
+    """Compares simulating 1,000 observers of Linear++ together with simulating them one by one."""
     return [_time_lifts(learner) for learner in LEARNERS.values()]
 
 
@@ -312,12 +328,12 @@ def _time_lifts(learner: Learner) -> Row:
             lift(range(number, number + 1))
 
     at_once, ten = time_in_turns(lambda: lift(range(count)), lift_ten, turns=5)
-    ratio = f"{0.1 * count * ten / at_once:.0f} times as fast"
+    ratio = f"{format_turns(0.1 * count * ten / at_once, 0)} times as fast"
     return [f"lifts of {count:,} observers as arrays, {learner.name}", "the same one by one", ratio]
 
 
 def main() -> None:
-    """Prints the table."""
+    """Runs all benchmarks, and prints a table."""
     rows = [["what is measured", "compared with", "result"], *measure_loop(), *measure_mpc(), *measure_regressor()]
     print("\n".join(tabulate([*rows, *measure_strike(), *measure_decisions(), *measure_observers()])))
 

@@ -1,9 +1,9 @@
-"""Compares the belief about brass with quadrature: ``python -m studies.exact_belief``.
+"""Comparison of the library's beliefs with numerical integration: ``python -m studies.exact_belief``.
 
-Observers of the library hold the four rods of Simulation I at rest, then the decoy once and six times. The decoy has
-the look and size of one rod and is taken for it. A second table compares beliefs after one hold of an object of two
-materials, whose densities are drawn from the prior. The reference gets the same measured torques and shares no code
-with the belief (``exact_reference``).
+The first table compares the belief about brass. Observers hold the four rods of Simulation I at rest, and then the
+decoy up to six times. The decoy looks exactly like one of the rods, so observers mistake it for this rod. The second
+table compares beliefs after one hold of an object of two materials, whose densities are drawn from the prior. The
+reference (``exact_reference``) has the same torques and shares no code with the library.
 """
 
 import argparse
@@ -24,16 +24,13 @@ from affordance.vision.prediction import predict_object
 from studies.calibration.calibration import build_config, draw_truth, get_hold
 from studies.exact_reference import Hold, Model, compute_posterior
 
-# Lifts by number of the object; the belief is compared after these.
+# Number of the object in each lift. Beliefs are compared after the lifts in MOMENTS.
 LIFTS = (0, 1, 2, 3, *[4] * 6)
 MOMENTS = {"rod 1": 1, "rod 2": 2, "rod 3": 3, "rod 4": 4, "the decoy once": 5, "the decoy six times": 10}
 
 
 def main() -> None:
-    """Prints the believed density of brass, from program and reference.
-
-    The density is the observers' mean of median and SD.
-    """
+    """Prints median and SD of densities from program and reference, averaged over observers."""
     parser = argparse.ArgumentParser(description="Compares the belief about brass with a reference by quadrature.")
     parser.add_argument("--repeats", type=int, default=24, help="observers (default 24)")
     count = parser.parse_args().repeats
@@ -75,10 +72,7 @@ def main() -> None:
 
 
 def compare_drawn(number: int) -> list[tuple[float, float]]:
-    """Compares both densities' mean and SD with the reference, as fractions.
-
-    The belief follows a hold of the calibration.
-    """
+    """Computes relative errors of mean and SD of both densities after one hold from the calibration."""
     config = build_config(DEFAULT_SETTINGS.noise, moves=False)
     noise, prior, hold = config.settings.noise, config.settings.prior, get_hold(config.settings.arm)
     colours = [part.looks_like.colour for part in config.tool.components]

@@ -1,21 +1,22 @@
-"""Computes beliefs about materials by quadrature alone: ``python studies/exact_reference.py``.
+"""Beliefs about materials by numerical integration: ``python studies/exact_reference.py``.
 
-The program follows the written model and uses nothing of the library, so that the library can be compared with it:
+This program implements the documented model independently of the library, to validate the library:
 
     mu_i ~ N(1000, 4000^2), truncated at 0                     mean density of material i, [kg/m^3]
     rho_ki ~ N(mu_i, (.06 mu_i)^2), truncated at 0             density of material i in object k
     y ~ N(t, R), t = tau_arm + A rho_k                         mean torques of one hold of object k, [N m]
     R = diag(s0^2 + (w t)^2) + F F',  F = sum_i rho_ki G_i     F F' = Y Sigma(rho) Y', errors of geometry
 
-R and its determinant are evaluated at the density that is integrated over. An object's densities are the same in all
-its holds and independent between its materials. Given mu, objects are independent. The torques of object k therefore
+R and its determinant depend on the density that is integrated over. The densities of an object are the same in all
+its holds, and independent between its materials. Objects are independent given mu. The torques of object k therefore
 enter through I_k(mu), the integral of its likelihood L_k(rho_k) times p(rho_k | mu), a product over its materials:
 
     p(mu | all holds) ~ p(mu) prod_k I_k(mu)
     p(rho_k | all holds) ~ L_k(rho_k) integral of p(rho_k | mu) p(mu) prod_{l != k} I_l(mu) dmu
 
-All integrals are sums over tensor grids with at most three axes. Grids are equally spaced in a variable u in which
-integrands are smooth and vanish at both ends, so the trapezoidal rule converges faster than any power of the step.
+All integrals are sums over tensor grids with at most three axes. Grids are equally spaced in a variable u for which
+integrands are smooth and vanish at both ends, so that the error of the trapezoidal rule decreases faster than any
+power of the step size.
 """
 
 import argparse
@@ -31,70 +32,56 @@ from scipy.special import logsumexp
 from scipy.stats import norm, truncnorm
 
 Array = NDArray[np.float64]
-NODES = {1: 800, 2: 300, 3: 180}  # nodes of an axis, by the number of axes; a check doubles them
+NODES = {1: 800, 2: 300, 3: 180}  # number of nodes per axis, by number of axes; a check doubles them
 LEVELS = (0.025, 0.25, 0.5, 0.75, 0.975)
-CHUNK = 16384  # densities whose likelihood is computed at once, so that arrays stay in the processor's cache
+CHUNK = 16384  # number of densities per evaluation of the likelihood, so that arrays fit into the processor cache
 
 
 class Model(NamedTuple):
-    """Constants of the model.
-
-    With ``shared_geometry``, an object's error of geometry is the same in all its holds. ``priors`` has mean and SD
-    by material where these differ, as for kinds.
-    """
+    """Constants of the model."""
 
     prior_mean: float = 1000.0  # [kg/m^3]
     prior_sd: float = 4000.0  # [kg/m^3]
-    scatter: float = 0.06  # standard deviation of an object's density, as a fraction of mu
-    s0: float = 0.097  # [N m]
-    w: float = 0.07
-    shared_geometry: bool = False
-    priors: tuple[tuple[float, float], ...] = ()  # in place of prior_mean and prior_sd
+    scatter: float = 0.06  # coefficient of variation of object densities
+    s0: float = 0.097  # torque threshold, [N m]
+    w: float = 0.07  # Weber fraction
+    shared_geometry: bool = False  # True if the geometry error of an object is the same in all its holds
+    priors: tuple[tuple[float, float], ...] = ()  # mean and SD by material, instead of prior_mean and prior_sd
 
 
 class Hold(NamedTuple):
-    """One hold with mean torques y and arm torques tau_arm, (n,), [N m], and A.
-
-    A has shape (n, m), [N m / (kg/m^3)].
-
-    Column i of A, which is Y Phi, belongs to the i-th material of the object. ``geometry`` is None, or coefficients
-    G, shape (m, n, q), with F = sum_i rho_i G_i, or a function from densities (N, m) to factors F, shape (N, n, q).
-    """
+    """Measurements in one hold."""
 
     object: int
-    y: Array
-    tau_arm: Array
-    A: Array
+    y: Array  # mean torques, (n,), [N m]
+    tau_arm: Array  # torques of the arm alone, (n,), [N m]
+    A: Array  # A = Y Phi, one column per material of the object, (n, m), [N m / (kg/m^3)]
+    # Geometry errors: coefficients G, (m, n, q), with F = sum_i rho_i G_i; or a function that computes factors F,
+    # (N, n, q), from densities, (N, m); or None.
     geometry: Array | Callable[[Array], Array] | None = None
 
 
 class Marginal(NamedTuple):
-    """Posterior of a density with its quantiles, and the grid on which it is computed, [kg/m^3].
-
-    Quantiles are at ``LEVELS``; grid points have probabilities.
-    """
+    """Marginal posterior of a density, [kg/m^3]."""
 
     mean: float
     sd: float
     median: float
-    quantiles: Array
+    quantiles: Array  # at ``LEVELS``
     grid: Array
-    mass: Array
+    mass: Array  # probability of each grid point
 
 
 class Posterior(NamedTuple):
-    """Marginals of mu by material and of rho by (object, material).
+    """Marginal posteriors of all densities, and the evidence."""
 
-    The posterior also has the log probability of all torques.
-    """
-
-    mu: dict[int, Marginal]
-    rho: dict[tuple[int, int], Marginal]
-    log_evidence: float
+    mu: dict[int, Marginal]  # by material
+    rho: dict[tuple[int, int], Marginal]  # by (object, material)
+    log_evidence: float  # log probability density of all torques
 
 
 class Axis(NamedTuple):
-    """Grid of densities x = bend log(1 + e^u), equally spaced in u, with weights dx, [kg/m^3]."""
+    """Grid of densities x = bend log(1 + e^u) with weights dx, [kg/m^3], equally spaced in u."""
 
     u: Array
     x: Array
@@ -105,10 +92,7 @@ Axes = dict[Any, Axis]  # by material for mu, by (object, material) for rho
 
 
 def build_axis(low: float, high: float, nodes: int) -> Axis:
-    """Builds a grid that is logarithmic near zero and linear above.
-
-    Kernels are narrow near zero.
-    """
+    """Builds a grid that is logarithmic near zero, where kernels are narrow, and linear above."""
     bend = high / 6.0
     u_low, u_high = np.log(np.expm1(np.array([low, high]) / bend))
     u = np.linspace(u_low, u_high, nodes)
@@ -116,7 +100,7 @@ def build_axis(low: float, high: float, nodes: int) -> Axis:
 
 
 def compute_log_likelihood(rho: Array, holds: Sequence[Hold], model: Model) -> Array:
-    """Computes log p(all torques of an object | rho), (N,), for densities, (N, m)."""
+    """Computes log p(all torques of an object | rho), (N,), for densities rho, (N, m)."""
     result = np.zeros(len(rho))
     shared = []
     for hold in holds:
@@ -137,20 +121,14 @@ def compute_log_likelihood(rho: Array, holds: Sequence[Hold], model: Model) -> A
 
 
 def _correct_for_geometry(FtF: Array, Ftr: Array) -> Array:
-    """Computes log N(r; 0, D + F F') - log N(r; 0, D) from F' D^-1 F and F' D^-1 r.
-
-    The determinant is included.
-    """
+    """Computes log N(r; 0, D + F F') - log N(r; 0, D), including determinants, from F' D^-1 F and F' D^-1 r."""
     M = np.eye(Ftr.shape[1]) + FtF
     quadratic = (Ftr[:, :, None] * np.linalg.solve(M, Ftr[:, :, None])).sum(axis=(1, 2))
     return np.asarray(0.5 * (quadratic - np.linalg.slogdet(M)[1]))
 
 
 def compute_grid_log_likelihood(axes: Sequence[Axis], holds: Sequence[Hold], model: Model) -> Array:
-    """Computes an object's log likelihood on a tensor grid.
-
-    Each material has an axis.
-    """
+    """Computes the log likelihood of an object on a tensor grid with one axis per material."""
     shape = tuple(len(axis.x) for axis in axes)
     flat = np.empty(int(np.prod(shape)))
     for start in range(0, flat.size, CHUNK):
@@ -161,15 +139,12 @@ def compute_grid_log_likelihood(axes: Sequence[Axis], holds: Sequence[Hold], mod
 
 
 def compute_kernel(mu: Array, rho: Array, scatter: float) -> Array:
-    """Computes p(rho | mu) of one material, shape (num mu, num rho), [m^3/kg]."""
+    """Computes p(rho | mu) for one material, (num mu, num rho), [m^3/kg]."""
     return np.asarray(norm.pdf(rho, mu[:, None], scatter * mu[:, None]) / norm.cdf(1.0 / scatter))
 
 
 def contract(log_f: Array, kernels: Sequence[Array]) -> Array:
-    """Computes the log of a weighted sum over all axes, axis by axis.
-
-    It is log sum_b prod_i kernels[i][a_i, b_i] f[b].
-    """
+    """Computes log sum_b prod_i kernels[i][a_i, b_i] f[b], axis by axis."""
     for i, kernel in enumerate(kernels):
         top = np.maximum(np.max(log_f, axis=i, keepdims=True), -1e300)  # finite where all of f is zero
         scaled = np.moveaxis(np.exp(log_f - top), i, -1) @ kernel.T
@@ -179,16 +154,13 @@ def contract(log_f: Array, kernels: Sequence[Array]) -> Array:
 
 
 def align(array: Array, positions: Sequence[int], ndim: int) -> Array:
-    """Moves axis j of an array to positions[j] of ndim axes.
-
-    The others have length one.
-    """
+    """Moves axis j of an array to positions[j] of ndim axes. The other axes have length one."""
     missing = tuple(axis for axis in range(ndim) if axis not in positions)
     return np.expand_dims(np.transpose(array, np.argsort(positions)), missing)
 
 
 def compute_marginals(log_mass: Array, axes: Sequence[Axis]) -> list[Marginal]:
-    """Computes each axis's marginal from unnormalised log masses on a tensor grid."""
+    """Computes the marginal of each axis from unnormalised log probabilities on a tensor grid."""
     mass = np.exp(log_mass - log_mass.max())
     marginals = []
     for i, axis in enumerate(axes):
@@ -205,10 +177,7 @@ def compute_marginals(log_mass: Array, axes: Sequence[Axis]) -> list[Marginal]:
 
 
 def integrate(objects: dict[int, list[Hold]], owned: dict[int, Sequence[int]], axes: Axes, model: Model) -> Posterior:
-    """Integrates over given grids.
-
-    All materials of these objects have one joint grid, in ascending order.
-    """
+    """Computes the posterior on a common tensor grid of all materials of the objects, in ascending order."""
     names = sorted({i for k in objects for i in owned[k]})
     log_prior = np.zeros([1] * len(names))
     for position, i in enumerate(names):
@@ -239,10 +208,7 @@ def integrate(objects: dict[int, list[Hold]], owned: dict[int, Sequence[int]], a
 
 
 def narrow(marginal: Marginal, nodes: int) -> Axis:
-    """Builds a finer grid around a marginal.
-
-    There it is above 1e-7 of its maximum, and above 1e-5 of its mean.
-    """
+    """Builds a finer grid where a marginal is above 1e-7 of its maximum and the density above 1e-5 of its mean."""
     (kept,) = np.nonzero(marginal.mass > 1e-7 * marginal.mass.max())
     low, high = marginal.grid[max(kept[0] - 2, 0)], marginal.grid[min(kept[-1] + 2, len(marginal.grid) - 1)]
     return build_axis(max(low, 1e-5 * marginal.mean), high, nodes)
@@ -253,15 +219,18 @@ def compute_posterior(
 ) -> Posterior:
     """Computes the posterior of mean and object densities, given all holds.
 
-    Materials that share no object, directly or through others, are integrated apart from each other. Grids are first
-    wide, then narrowed three times to where the posterior is.
+    Materials are integrated separately unless objects connect them. Wide initial grids are narrowed three times to
+    the region of the posterior.
 
     Args:
         holds: Holds in any order.
-        materials: Materials of each object, as whole numbers; column i of A belongs to the i-th.
+        materials: Materials of each object, as integers, in the order of the columns of A.
         model: Constants.
-        nodes: Nodes of each axis, or None for ``NODES``. Steps must stay below the scatter.
-    Raises: ValueError: objects join more than three materials. ArithmeticError: a grid misses probability.
+        nodes: Number of nodes per axis; None for ``NODES``. Steps must be smaller than the scatter.
+
+    Raises:
+        ValueError: Objects connect more than three materials.
+        ArithmeticError: A grid does not cover the posterior.
     """
     by_object: dict[int, list[Hold]] = {}
     for hold in holds:
@@ -291,29 +260,31 @@ def compute_posterior(
     return result
 
 
-# Cases: an arm with 7 joints holds rods still in one of three postures. Its numbers are made up, but plausible for a
-# robot arm with 7 kg of payload. A rod has a diameter of 2.5 cm and is gripped at one end; its parts are in a row.
-# Lever arms of the grip about the joints, [m], and torques of the arm alone, [N m], by posture and joint.
+# Test cases: an arm with 7 joints holds rods still in one of three postures. Constants are invented but plausible for
+# a robot arm with a payload of 7 kg. Rods have a diameter of 2.5 cm and are gripped at one end; their parts are in a
+# row. Lever arms of the grip about the joints, [m], and torques of the arm alone, [N m], by posture and joint.
 LEVERS = np.array([[2, 62, 5, 38, -3, 12, 0], [4, 45, 11, 33, 5, 10, 1], [0, 71, -4, 44, 2, 15, -1]]) / 100.0
 ARM = np.array([[0, -310, 15, 140, -4, 18, 0], [5, -240, 28, 120, 7, 16, 1], [0, -360, -10, 160, 2, 20, 0]]) / 10.0
-COSINES = np.array([0.1, 0.95, 0.2, 0.9, 0.1, 0.95, 0.05])  # torque at each joint of a unit moment about the grip
+COSINES = np.array([0.1, 0.95, 0.2, 0.9, 0.1, 0.95, 0.05])  # joint torques due to a unit moment about the grip
 Case = tuple[list[Hold], list[tuple[int, ...]], Model]
 
 
 def build_case(
     rods: Sequence[Sequence[float]], num_holds: int, *, lengths: Any = None, error: float = 0.0, shared: bool = False
 ) -> Case:
-    """Draws holds of rods with given densities of their parts.
+    """Draws holds of rods, with the same random joint errors in all cases.
 
-    The errors of joints are the same in all cases.
-
-    ``error`` is the relative SD of a rod's volume that the model assumes, and times 10 cm the SD of its centre.
-    Without ``lengths``, [m], each rod has equal parts and 30 cm.
+    Args:
+        rods: Densities of the parts of each rod.
+        num_holds: Number of holds of each rod.
+        lengths: Lengths of the parts of each rod, [m]; None for equal parts and a total of 30 cm.
+        error: Assumed relative SD of the volume of a rod; the SD of its centre is 10 cm times this value.
+        shared: True if the geometry error of a rod is the same in all its holds.
     """
     rng, holds = np.random.default_rng(1), []
     for k, rod in enumerate(rods):
         length = np.array(lengths[k] if lengths else [0.3 / len(rod)] * len(rod))
-        weights = 9.81 * np.pi * 0.0125**2 * length  # per density
+        weights = 9.81 * np.pi * 0.0125**2 * length  # per unit of density
         centres = np.cumsum(length) - length / 2.0  # from the grip, [m]
         for n in range(num_holds):
             A = weights * (LEVERS[n % 3][:, None] + COSINES[:, None] * centres)
@@ -325,7 +296,7 @@ def build_case(
 
 
 def build_cases() -> dict[str, Case]:
-    """Builds the cases of the table."""
+    """Builds the test cases of the table."""
     colours = {"one colour": [8000], "two colours": [8000, 700], "three colours": [8000, 700, 2700]}
     cases = {f"{name}, {n} x": build_case([rod], n) for name, rod in colours.items() for n in (1, 6, 30)}
     rods: Any = {"rods": [[8000]] * 4, "lengths": [[0.1], [0.2], [0.3], [0.45]]}
@@ -341,11 +312,11 @@ def build_cases() -> dict[str, Case]:
 
 
 def load_holds(path: Path) -> Case:
-    """Loads holds from a file.
+    """Loads H holds of K objects from a file.
 
-    The file has ``object`` (H,), ``y`` and ``tau_arm`` (H, n), ``A`` (H, n, m) and ``materials`` (K, m) by object.
-    Missing materials are -1 at the end of a row, and their columns are ignored. ``geometry``, shape (H, m, n, q), is
-    optional. Scalars named like a field of ``Model`` replace its default.
+    The file contains ``object``, (H,); ``y`` and ``tau_arm``, (H, n); ``A``, (H, n, m); and ``materials``, (K, m),
+    with -1 at the end of a row for missing materials, whose columns are ignored. ``geometry``, (H, m, n, q), is
+    optional, as are scalars with the names of fields of ``Model``.
     """
     with np.load(path) as file:
         data = {name: file[name] for name in file.files}
@@ -358,10 +329,7 @@ def load_holds(path: Path) -> Case:
 
 
 def compare_doubled(case: Case, nodes: int | None = None) -> tuple[Posterior, float]:
-    """Computes a posterior with doubled nodes, and the largest relative change.
-
-    The change is that of a mean, SD or median.
-    """
+    """Computes a posterior with twice as many nodes, and the largest relative change in a mean, SD or median."""
     holds, owned, model = case
     size = nodes or NODES[max(len(own) for own in owned)]
     base, doubled = (compute_posterior(holds, owned, model, n) for n in (size, 2 * size))
@@ -370,7 +338,7 @@ def compare_doubled(case: Case, nodes: int | None = None) -> tuple[Posterior, fl
 
 
 def main() -> None:
-    """Prints a table of the cases, or of one file of holds."""
+    """Prints a table of the test cases, or of holds from a file."""
     parser = argparse.ArgumentParser(description="Computes what held objects teach about materials by quadrature.")
     parser.add_argument("--holds", type=Path, help="an .npz file of holds, as load_holds describes it")
     path = parser.parse_args().holds

@@ -1,4 +1,4 @@
-"""Shared part of all studies' commands: options, results, files and printing.
+"""Common functions of all studies: options, cached repeats, result files and printing.
 
 A study is a folder with a module ``command.py`` that defines ``STUDY``.
 """
@@ -32,11 +32,11 @@ class Findings(NamedTuple):
     """Findings of a study.
 
     Attributes:
-        numbers: Content of metrics.json. Versions, commit and date of the run are added; ``versions`` may contain
-            those of further libraries.
-        section: Section of the report; None for a study that writes numbers only.
+        numbers: Content of metrics.json, to which versions, commit and date are added. ``versions`` can contain
+            versions of further libraries.
+        section: Section of the report; None for no report.
         figures: Functions that draw figures, by file name without suffix.
-        writers: Functions that write further files into the study's folder.
+        writers: Functions that write further files to the folder of the study.
     """
 
     numbers: Mapping[str, Any]
@@ -45,33 +45,32 @@ class Findings(NamedTuple):
     writers: tuple[Callable[[Path], None], ...] = ()
 
 
-# Function that runs a study in its folder and yields findings; each yield replaces the previous one.
+# Function that runs a study in its folder. Later findings replace earlier findings.
 type Work = Callable[[Path], Iterable[Findings]]
 
 
 class Task(NamedTuple):
     """Task without findings, such as printing a table."""
 
-    run: Callable[[], int]  # function that does the task, prints the result, and returns the exit status
+    run: Callable[[], int]  # function that prints results and returns the exit status
 
 
 @dataclass(frozen=True)
 class Study:
     """Study with its command."""
 
-    HELP: str  # one line of help, as for every command
-    add_arguments: Callable[[argparse.ArgumentParser], None]  # function that adds the options to a parser
-    # Function that checks the arguments, reads all files, and returns the work to be done. Nothing is written before
-    # it returns.
+    HELP: str  # one line of help
+    add_arguments: Callable[[argparse.ArgumentParser], None]  # function that adds options to a parser
+    # Function that checks arguments, reads all files, and returns the work. It does not write any files.
     plan: Callable[[argparse.Namespace], Work | Task]
-    # Folder of the results inside ``--out``; empty for ``--out`` itself, None for the study's name.
+    # Results folder inside ``--out``; empty for ``--out`` itself, None for the name of the study.
     folder: str | None = None
-    # Settings, or groups of settings, that the study does not use, each with the reason.
+    # Settings, or groups of settings, that the study does not use, and the reason for each.
     refused: Mapping[tuple[str, ...], str] = field(default_factory=dict)
-    on_one_thread: bool = False  # True if the process runs on one thread, like the processes of repeats
+    on_one_thread: bool = False  # True if the main process uses one thread
 
     def check(self, arguments: argparse.Namespace) -> None:
-        """Checks the options that all studies share.
+        """Checks common options of all studies.
 
         Raises:
             BadValueError: An option is out of bounds, or changes a setting that the study does not use.
@@ -81,18 +80,16 @@ class Study:
             refuse_changes(arguments, names, why)
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the study, writes its findings and prints their path.
-
-        Returns the exit status.
+        """Runs the study, writes its findings, prints their path, and returns the exit status.
 
         Raises:
             AffordanceError: An argument or a file is invalid.
         """
-        if self.on_one_thread and "OMP_NUM_THREADS" not in os.environ:  # has an effect only before NumPy is loaded
+        if self.on_one_thread and "OMP_NUM_THREADS" not in os.environ:  # effective only before NumPy is imported
             os.environ["OMP_NUM_THREADS"] = "1"
             os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
         self.check(arguments)
-        find_commit()  # cached now, so that it is the commit that runs, not one checked out meanwhile
+        find_commit()  # cached at the start, because another commit can be checked out during the run
         work = self.plan(arguments)
         if isinstance(work, Task):
             return work.run()
@@ -109,14 +106,14 @@ class Study:
 
 
 def add_only(parser: argparse.ArgumentParser, names: Iterable[str], what: str) -> None:
-    """Adds ``--only``, which selects parts of a study by name."""
+    """Adds the option ``--only``, which selects parts of a study by name."""
     names = tuple(names)
     help_ = f"only these {what}, of {', '.join(names)} (default: all)"
     parser.add_argument("--only", nargs="+", choices=names, default=[], metavar="NAME", help=help_)
 
 
 def read_settings(arguments: argparse.Namespace) -> Settings:
-    """Returns the settings of ``--set`` with the arm of ``--models``.
+    """Reads the settings of ``--set`` and the arm of ``--models``.
 
     Raises:
         BadValueError: A setting is unknown, or its value has the wrong type or is out of bounds.
@@ -134,22 +131,21 @@ def run_kept[C](
     jobs: int,
     description: str,
 ) -> dict[str, NDArray[Any]]:
-    """Runs the missing repeats of a configuration in several processes.
+    """Runs the repeats of a configuration that are not in the cache, in several processes.
 
-    A stored repeat is valid as long as its configuration, the models, and the sources of all studies are unchanged
-    (one study may use another's sources).
+    Cached repeats are invalidated if the configuration, the models, or sources of any study change.
 
     Args:
         config: Configuration, a dataclass.
-        run_repeat: Picklable function of the configuration and the number of a repeat, which returns arrays by name.
+        run_repeat: Picklable function that returns arrays by name, given the configuration and the number of a
+            repeat.
         folder: Folder of the study.
-        models: Folder of models, or the files that are read.
+        models: Folder of models, or list of model files.
         repeats: Number of repeats.
         jobs: Number of processes.
         description: Label of the progress bar.
 
-    Returns:
-        Arrays, stacked over repeats along the first axis.
+    Returns: Arrays, stacked over repeats along the first axis.
     """
     key = compute_key(config, models, run_repeat)
     run = partial(run_repeat, config)
@@ -157,10 +153,9 @@ def run_kept[C](
 
 
 def write_findings(findings: Findings, folder: Path) -> Path:
-    """Writes a study's findings, and the common report if they have a section.
+    """Writes findings of a study, and the common report if they have a section.
 
-    Returns:
-        Path of the report, or of metrics.json if there is no section.
+    Returns: Path of the report, or of metrics.json without a section.
     """
     for name, draw in findings.figures.items():
         save_figure(draw(), folder, name)
@@ -171,12 +166,12 @@ def write_findings(findings: Findings, folder: Path) -> Path:
     metrics = folder / "metrics.json"
     versions = {**list_versions(), **findings.numbers.get("versions", {})}
     run = {"versions": versions, "commit": find_commit(), "finished": f"{datetime.date.today():%Y-%m-%d}"}
-    write_json(metrics, {**findings.numbers, **run})  # last: it marks a complete run
+    write_json(metrics, {**findings.numbers, **run})  # written last, because it marks a complete run
     return metrics if findings.section is None else write_report(folder.parent)
 
 
 def print_section(section: Section) -> None:
-    """Prints a study's claims with results, and its text."""
+    """Prints the claims of a study with their results, and its text."""
     for claim in section.claims:
         found = "; ".join(f"{each.name} {each.value}, {each.bound}" for each in claim.criteria)
         print(f"{'met    ' if claim.met else 'not met'} {claim.text} {found}")
@@ -185,5 +180,5 @@ def print_section(section: Section) -> None:
 
 
 def format_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Formats rows of texts as a Markdown table."""
+    """Formats rows of strings as a Markdown table."""
     return "\n".join(f"| {' | '.join(row)} |" for row in (header, ["---"] * len(header), *rows))

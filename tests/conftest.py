@@ -51,6 +51,8 @@ LONGEST = (
     "extensions/robots/test_fitting.py",
     "commands/payload/test_identify.py",
 )
+# Tests that take more than two seconds each, half of the time of all: `make test` leaves them to `make test-slow`.
+SLOW = frozenset((HERE / "slow_tests.txt").read_text(encoding="utf-8").splitlines())
 DRAFT_DPI = 60
 save_finely = Figure.savefig
 
@@ -64,7 +66,10 @@ class HeldObjects(NamedTuple):
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Puts files that take longest first: at the end of a run no process waits for another one's long test."""
+    """Marks slow tests, and puts files that take longest first, so that no process waits at the end."""
+    for item in items:
+        if item.nodeid.removeprefix("tests/") in SLOW:
+            item.add_marker("slow")
     place = {name: number for number, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(item.path.relative_to(HERE).as_posix(), len(place)))
 

@@ -1,9 +1,9 @@
-"""Beliefs about material densities: normal in information form, restricted to positive densities.
+"""Beliefs about material densities: normal distributions restricted to positive densities.
 
-    p(rho) is proportional to exp(-rho^T Lambda rho / 2 + eta^T rho) where rho > 0, and zero elsewhere
+    p(rho) is proportional to exp(-rho^T Lambda rho / 2 + eta^T rho) if rho > 0, and zero otherwise
 
-where Lambda is the precision and eta the information vector. Evidence is added to both, so the order of updates does
-not matter.
+Lambda is the precision and eta the information vector. An update adds the likelihood's terms to both, so the order of
+updates does not matter.
 """
 
 import enum
@@ -23,17 +23,17 @@ from affordance.belief.normals import Normals, compute_mode
 from affordance.belief.prior import Prior as Prior
 from affordance.exceptions import BadArgumentError
 
-# Largest number of densities that are shown in a line.
+# Largest number of densities that are printed in a line.
 _MOST_SHOWN = 8
 _FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
-# Nodes for integrating the variance over a standard normal variable; the outermost is at 5.5.
+# Number of Gauss-Hermite nodes for the variance; the outermost node is at 5.5 SDs.
 _NUM_NODES = 12
-# Smallest density that is shown without decimals, [kg/m^3].
+# Smallest density that is printed without decimals, [kg/m^3].
 _WHOLE = 10.0
 
 
 class PointEstimate(enum.Enum):
-    """Point estimate of a density, for a controller that needs a single value."""
+    """Point estimate of a density, for controllers that need a single value."""
 
     MODE = "mode"  # the most probable density (paper, IV-A)
     SAMPLE = "sample"  # a random draw (paper, III)
@@ -55,7 +55,8 @@ class DensityBelief:
     def __post_init__(self) -> None:
         """Stores read-only copies of the arrays.
 
-        A precision that is not finite and positive definite raises a BadArgumentError.
+        Raises:
+            BadArgumentError: The precision is not positive definite, a value is not finite, or shapes do not match.
         """
         information_vector = check_array("information_vector", self.information_vector, (None,)).copy()
         size = information_vector.size
@@ -72,7 +73,7 @@ class DensityBelief:
         return f"DensityBelief({self.describe()})"
 
     def describe(self) -> str:
-        """Returns a line with means and SDs of the unrestricted normal distribution."""
+        """Formats means and SDs of the unrestricted normal distribution in one line."""
         sds = np.sqrt(np.diag(self.covariance))
         texts = [
             f"{show_density(mean)} ± {show_density(sd)}" for mean, sd in zip(self.untruncated_mean, sds, strict=True)
@@ -89,7 +90,7 @@ class DensityBelief:
 
     @classmethod
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
-        """Builds the belief from unrestricted moments, (M,) and (M, M).
+        """Builds the belief from mean, (M,), and covariance, (M, M), of the unrestricted normal distribution.
 
         Raises:
             BadArgumentError: The covariance is not positive definite, shapes do not match, or a value is not finite.
@@ -127,35 +128,40 @@ class DensityBelief:
         return Normals.from_information(self.precision[None], self.information_vector[None])
 
     def select(self, indices: Sequence[int]) -> "DensityBelief":
-        """Selects densities by index, in that order, and marginalises the others."""
+        """Returns the marginal distribution of selected densities, in the order of the indices."""
         chosen = list(indices)
         if chosen == list(range(self.size)):
             return self
         return DensityBelief.from_moments(self.untruncated_mean[chosen], self.covariance[np.ix_(chosen, chosen)])
 
     def condition(self, likelihood: Likelihood) -> "DensityBelief":
-        """Returns the posterior by Bayes' rule."""
+        """Returns the posterior given a likelihood (Bayes' rule)."""
         return DensityBelief(
             self.precision + likelihood.precision, self.information_vector + likelihood.information_vector
         )
 
     def extend(self, prior: Prior, count: int) -> "DensityBelief":
-        """Returns the belief with ``count`` more materials, each with the prior."""
+        """Adds a number of independent materials that have the prior."""
         return self.extend_by([prior.mode] * count, [prior.sd] * count)
 
     def extend_by(self, means: Sequence[float], sds: Sequence[float]) -> "DensityBelief":
-        """Adds independent materials, each with its own mean and standard deviation."""
+        """Adds independent materials with given means and standard deviations."""
         precision = np.diag([*np.zeros(self.size), *(sd**-2 for sd in sds)])
         precision[: self.size, : self.size] = self.precision
         added = [mean / sd**2 for mean, sd in zip(means, sds, strict=True)]
         return DensityBelief(precision, np.append(self.information_vector, added))
 
     def add_object_variation(self, deviation: float, num_objects: int = 1) -> "DensityBelief":
-        """Returns the belief about the densities of objects.
+        """Returns the joint belief about the densities of several objects of these materials.
 
-        These are mu (1 + delta) with an independent delta ~ N(0, deviation^2) for each density of each object.
+        Object densities are mu (1 + delta). Each delta ~ N(0, deviation^2) is independent. The moments are exact.
 
-        The belief is joint, of size num_objects * M, ordered object by object, with exact moments.
+        Args:
+            deviation: SD of object densities about the mean density of the material, as a fraction of the mean.
+            num_objects: Number of objects.
+
+        Returns:
+            Belief of size num_objects * M, ordered by object.
         """
         squares = np.tile(self.untruncated_mean**2 + np.diag(self.covariance), num_objects)
         covariance = np.tile(self.covariance, (num_objects, num_objects))
@@ -163,7 +169,7 @@ class DensityBelief:
         return DensityBelief.from_moments(np.tile(self.untruncated_mean, num_objects), covariance)
 
     def compute_point_estimate(self, point_estimate: PointEstimate, rng: np.random.Generator) -> Array:
-        """Computes point estimates of the densities, shape (M,), [kg/m^3]. Each is at least DENSITY_FLOOR."""
+        """Computes point estimates of the densities, at least DENSITY_FLOOR, (M,), [kg/m^3]."""
         match point_estimate:
             case PointEstimate.MODE:
                 return self.compute_mode()
@@ -190,19 +196,19 @@ class DensityBelief:
         return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, chosen)
 
     def draw_samples(self, rng: np.random.Generator, num_samples: int, *, is_even: bool = False) -> Array:
-        """Draws samples of the densities, shape (num_samples, M), [kg/m^3].
+        """Draws samples of the densities, (num_samples, M), [kg/m^3].
 
-        Samples are independent, or evenly spread if ``is_even``.
+        Args:
+            rng: Random number generator.
+            num_samples: Number of samples.
+            is_even: If True, draws evenly spread samples, otherwise independent samples.
         """
         return positive_gaussian.draw_samples(
             self.untruncated_mean, self.covariance, rng, num_samples, is_even=is_even
         )
 
     def compute_log_evidence(self, likelihood: Likelihood) -> float:
-        """Computes the log evidence of data under this belief.
-
-        The log evidence is the log of the integral of p(data | rho) p(rho) over rho > 0.
-        """
+        """Computes the log evidence of data: the log of the integral of p(data | rho) p(rho) over rho > 0."""
         posterior = self.condition(likelihood)
         return float(
             self.compute_untruncated_log_evidence(likelihood, posterior)
@@ -213,14 +219,16 @@ class DensityBelief:
     def compute_untruncated_log_evidence(self, likelihood: Likelihood, posterior: "DensityBelief") -> float:
         """Computes the log evidence of data under the unrestricted distribution, in closed form.
 
-        The posterior is this belief conditioned on the data.
+        Args:
+            likelihood: Likelihood of the data.
+            posterior: This belief conditioned on the likelihood.
         """
         return float(self.normals.compute_log_evidence(likelihood, posterior.normals)[0])
 
     def compute_p_value(self, likelihood: Likelihood, dof: float = np.inf) -> float:
-        """Computes the p-value of data: the probability of data with no more evidence.
+        """Computes the p-value of data: the predictive probability of data with at most this evidence.
 
-        The restriction to positive densities is ignored; see ``Normals.compute_p_value``.
+        The restriction to positive densities is ignored. See ``Normals.compute_p_value``.
         """
         return float(self.normals.compute_p_value(likelihood, dof)[0])
 
@@ -229,12 +237,12 @@ EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))
 
 
 def show_density(density: float) -> str:
-    """Formats a density in kg/m^3 without decimals, or with two digits if it is small."""
+    """Formats a density in kg/m^3: as an integer, or with two significant digits if it is small."""
     return f"{density:.0f}" if abs(density) >= _WHOLE else f"{density:.2g}"
 
 
 class Density(NamedTuple):
-    """Summary of the belief about one colour's mean density, [kg/m^3]."""
+    """Mean, SD and percentiles of the belief about one colour's mean density, [kg/m^3]."""
 
     mean: float
     sd: float
@@ -250,7 +258,7 @@ class Density(NamedTuple):
 
 
 def summarise_density(belief: DensityBelief, index: int) -> Density:
-    """Summarises the belief about one of several densities, [kg/m^3]."""
+    """Computes mean, SD and percentiles of one density, [kg/m^3]."""
     nodes, weights = np.polynomial.hermite_e.hermegauss(_NUM_NODES)
     percentiles = belief.compute_percentiles([*_FRACTIONS, *ndtr(nodes)])[:, index]
     mean = float(belief.compute_mean()[index])

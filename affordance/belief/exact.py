@@ -1,18 +1,18 @@
-"""Computes the posterior of material densities from all holds, for many observers at once.
+"""Computes the posterior of mean material densities from all holds, for many observers at once.
 
     mu_i ~ N(m_i, s_i^2) for mu_i > 0                  mean density of material i, [kg/m^3]
     rho_k = mu_i (1 + deviation delta_k)               density of object k, with delta_k ~ N(0, 1)
     y ~ N(t, s0^2 + (w t)^2),  t = tau_arm + A rho_k   mean torques of one hold of object k, [N m]
 
-The state keeps all measurements (``holds``) instead of a running approximation. Objects may therefore come in any
-order and be forgotten, and memories can be merged.
+All measurements are stored (``holds``) instead of a running approximation. The posterior is therefore independent of
+the order of objects. Objects can be forgotten, and memories can be merged.
 
-Each mu_i is written as a function of its normal score z_i, which is N(0, 1) a priori. The marginal of a score is
-computed on a grid: at each node Laplace's method integrates over all other scores and all delta (Tierney and Kadane
-1986, J. Am. Stat. Assoc. 81:82; Rue, Martino and Chopin 2009, J. R. Stat. Soc. B 71:319). Means and SDs of mu_i and
-rho_k are sums over the grid; correlations are taken at the mode of all scores and delta. Two or three densities that
-objects join have a grid of all their scores instead, which also gives their correlations. The result is the normal
-distribution that has these moments when it is restricted to positive densities.
+Each mu_i is a function of a score z_i, which is N(0, 1) a priori. The marginal of a score is computed on a grid. At
+each node, Laplace's method integrates over all other scores and all delta (Tierney and Kadane 1986, J. Am. Stat.
+Assoc. 81:82; Rue, Martino and Chopin 2009, J. R. Stat. Soc. B 71:319). Means and SDs of mu_i and rho_k are sums over
+the grid; correlations are computed at the mode. If two or three mean densities are coupled by common objects, a joint
+grid of their scores gives the correlations as well. The result is a normal distribution, which has these moments
+after restriction to positive densities.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy  # it imports its submodules on first use: interpolation takes a tenth of a second
+import scipy  # imports its submodules on first use; interpolation takes a tenth of a second
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
@@ -29,89 +29,87 @@ from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques, 
 from affordance.belief.normals import Normals, invert
 from affordance.belief.positive_normal import find_untruncated, find_untruncated_joint
 
-# From so many SDs of mean the bound at zero is ignored; below this correlation two densities count as independent.
+# Ratio of mean to SD above which the bound at zero is ignored; correlation below which densities count as
+# independent.
 _FREE, _RELATED = 6.0, 0.02
-# Two densities with means below so many SDs and a correlation above this one are a ridge, whose ends both bounds cut.
+# Two densities form a ridge that both bounds cut if their means are below this number of SDs and their correlation is
+# above this value.
 _CUT, _RIDGE = 2.1, 0.5
-_LEAST_PRECISION = 1e-6  # of a normal distribution, in units of its SDs
-# Nodes of a score's grid, in SDs at the mode, and points to which the log marginal is interpolated by a cubic spline;
-# beyond the nodes it continues along straight lines.
+_LEAST_PRECISION = 1e-6  # smallest eigenvalue of a scaled precision
+# Nodes of a score's grid, in SDs at the mode. A cubic spline interpolates the log marginal to the points, with linear
+# extrapolation beyond the nodes.
 _NODES, _POINTS = np.array([-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0]), np.arange(-8.0, 6.6, 0.25)
-# Numbers of scores that have a joint grid. It has more nodes along the ridges that the data leave open, and half as
-# many points a score; grids of three scores are computed for so many observers at once.
+# Numbers of scores with a joint grid, and largest number of observers for which grids of three scores are computed at
+# once. A joint grid has more nodes along directions that the data do not determine, and half as many points per
+# score.
 _JOINT, _MOST_AT_ONCE = (2, 3), 8
 _RIDGE_NODES = np.linspace(-4.0, 4.0, 13)
-_LEAST_CURVATURE = 0.1  # of a deviation, whose prior alone has 1
-# Largest change of the log posterior by a Newton step that counts as none, at the mode and at a node. A step that
-# promises no more than the last number is the last: it squares what is left, and rounding hides smaller changes.
+_LEAST_CURVATURE = 0.1  # smallest curvature of the log posterior by a deviation; the prior contributes 1
+# Expected gain in log posterior below which Newton's method has converged, at the mode and at a node. If the gain is
+# below the last value, one more step is enough, because convergence is quadratic and rounding hides smaller gains.
 _SETTLED, _SETTLED_NODE, _LAST = 1e-20, 1e-10, 1e-10
+_LARGE_GAIN = 30.0  # twice the gain in log posterior above which one Newton step is too inaccurate
 _MOST_STEPS, _MOST_HALVINGS = 100, 40
-_LEAST_SCORE = -8.0  # below it, a score cannot be told from minus infinity in double precision
+_LEAST_SCORE = -8.0  # lower scores are equivalent to minus infinity in double precision
 
 
 class Experience(NamedTuple):
-    """Prior of M mean densities, and evidence of B observers about T objects. An object has at most C densities."""
+    """Prior of M mean densities, and measurements of B observers for T objects with at most C densities."""
 
-    prior: Normals  # of the mean densities
+    prior: Normals  # prior of the mean densities
     holds: Holds
-    kinds: NDArray[np.intp]  # index of the mean of each density, (B, T, C)
-    is_used: Mask  # True where a thing has that many densities, (B, T, C)
-    deviation: Array  # SD of a thing's density as a fraction of the mean, (B,)
-    # Number of the thing of each observer whose densities are wanted, (B,), or of K things of a single observer,
-    # (K,); None for none.
+    kinds: NDArray[np.intp]  # index of the mean density of each object density, (B, T, C)
+    is_used: Mask  # False for unused places of objects with fewer densities, (B, T, C)
+    deviation: Array  # SD of an object's density as a fraction of the mean, (B,)
+    # Objects whose own densities are computed: one per observer, (B,), or K objects of a single observer, (K,). None
+    # computes mean densities only.
     things: NDArray[np.intp] | None = None
 
     def take(self, rows: NDArray[np.intp]) -> "Experience":
-        """Returns the experience of some observers."""
+        """Selects observers."""
         of_things = None if self.things is None else self.things[rows]
         arrays = (self.kinds[rows], self.is_used[rows], self.deviation[rows])
         return Experience(self.prior.take(rows), self.holds.take(rows), *arrays, of_things)
 
 
 class GivenMeans(NamedTuple):
-    """Normal distributions of an object's C densities given M mean densities.
+    """Linear normal model of an object's C densities given M mean densities, for B observers."""
 
-    Their mean is linear in the mean densities, for each of B observers.
-    """
-
-    offset: Array  # mean at mean densities of zero, (B, C), [kg/m^3]
-    slopes: Array  # change with the mean densities, (B, C, M)
+    offset: Array  # expected densities if all mean densities are zero, (B, C), [kg/m^3]
+    slopes: Array  # derivative of the expected densities by the mean densities, (B, C, M)
     covariance: Array  # (B, C, C), [(kg/m^3)^2]
 
 
 class Posterior(NamedTuple):
     """Posterior of mean densities and of one object's densities, [kg/m^3]."""
 
-    means: Normals  # unrestricted normals of M mean densities, (B, M)
-    own: Normals | None  # unrestricted normals of the object's C densities, (B, C)
+    means: Normals  # unrestricted normal distributions of M mean densities, (B, M)
+    own: Normals | None  # unrestricted normal distributions of the object's C densities, (B, C)
     given_means: GivenMeans | None = None  # the object's densities given the mean densities
-    log_evidence: float | Array = 0.0  # log probability density of all that was felt, by Laplace's method, (B,)
+    log_evidence: float | Array = 0.0  # log probability density of all measurements (Laplace's method), (B,)
 
 
 class _Point(NamedTuple):
-    """Log posterior at given scores and deviations, with its derivatives.
-
-    Scores z are (B, n, M), deviations d (B, n, T, C).
-    """
+    """Log posterior and its derivatives at given scores z, (B, n, M), and deviations d, (B, n, T, C)."""
 
     value: Array  # (B, n)
-    of_things: Array  # share of each thing in the value, (B, n, T)
-    of_means: Array  # share of each mean density, (B, n, M)
-    gz: Array  # (B, n, M)
-    gd: Array  # (B, n, T, C)
-    A: Array  # minus the second derivatives by z, (B, n, M, M)
-    C: Array  # minus those by d and z, (B, n, T, C, M)
-    D: Array  # minus those by d, (B, n, T, C, C)
-    mu: Array  # (B, n, M)
+    of_things: Array  # term of each object in the value, (B, n, T)
+    of_means: Array  # term of each mean density in the value, (B, n, M)
+    gz: Array  # first derivatives by z, (B, n, M)
+    gd: Array  # first derivatives by d, (B, n, T, C)
+    A: Array  # negative second derivatives by z, (B, n, M, M)
+    C: Array  # negative mixed derivatives by d and z, (B, n, T, C, M)
+    D: Array  # negative second derivatives by d, (B, n, T, C, C)
+    mu: Array  # mean densities, (B, n, M)
     slope: Array  # d mu / d z, (B, n, M)
 
 
 class _Model:
-    """Log posterior of scores and deviations of some observers."""
+    """Log posterior of scores and deviations for B observers."""
 
     def __init__(self, experience: Experience) -> None:
         prior, holds, kinds, is_used, deviation, _ = experience
-        # Errors of geometry that change no torque would only take time.
+        # Geometry errors that change no torque would only cost time.
         holds = reduce_errors(holds, kinds.shape[1]) if holds.errors.shape[2] else holds
         self.holds, self.deviation = holds, deviation[:, None, None, None]
         self.precision, self.information = prior.precision[:, None], prior.information_vector[:, None]
@@ -120,12 +118,12 @@ class _Model:
         self.sd = np.sqrt(np.diagonal(prior.covariance, axis1=1, axis2=2))[:, None]  # (B, 1, M)
         self.mode = prior.mean[:, None]
         self.log_share = log_ndtr(self.mode / self.sd)
-        # Log of the prior's normalising constant; its share of positive densities is that of independent ones.
+        # Log of the prior's normalising constant; the probability of positive densities neglects correlations.
         quadratic = (self.mode * self.information).sum(axis=(1, 2))
         self.log_scale = 0.5 * (np.linalg.slogdet(prior.precision)[1] - quadratic) - self.log_share.sum(axis=(1, 2))
 
     def take(self, rows: NDArray[np.intp]) -> "_Model":
-        """Returns the model of some observers."""
+        """Selects observers."""
         other = object.__new__(_Model)
         for name, value in vars(self).items():
             setattr(other, name, value[rows] if isinstance(value, np.ndarray) else value)
@@ -133,15 +131,18 @@ class _Model:
         return other
 
     def find_densities(self, z: Array) -> tuple[Array, Array, Array]:
-        """Computes mu, (B, n, M), and its first two derivatives by the scores."""
+        """Computes mean densities mu, (B, n, M), and their first two derivatives by the scores."""
         x = -ndtri_exp(self.log_share + log_ndtr(-z))
         slope = self.sd * np.exp(0.5 * (x - z) * (x + z) + self.log_share)
-        # Far below the mode x is a small difference of large numbers, but mu stays positive.
+        # Far below the mode, x is a small difference of large numbers; the bound keeps mu positive.
         mu = np.maximum(self.mode + self.sd * x, 1e-12 * self.sd)
         return mu, slope, slope * (x * slope / self.sd - z)
 
     def evaluate(self, z: Array, d: Array, *, is_expected: bool = False) -> _Point:
-        """Evaluates the log posterior and its derivatives. Expected second derivatives are positive definite."""
+        """Computes the log posterior and its derivatives.
+
+        If ``is_expected``, A, C and D are expectations and form a positive definite matrix.
+        """
         mu, slope, bend = self.find_densities(z)
         S, f = self.selection[:, None].astype(float), self.deviation
         own = (S @ mu[:, :, None, :, None])[..., 0]  # mu of each density, (B, n, T, C)
@@ -154,15 +155,15 @@ class _Model:
         of_means = mu * (eta - 0.5 * product) + log_jacobian
         of_things = slopes.value - 0.5 * (d**2).sum(axis=-1)
         value = of_means.sum(axis=-1) + of_things.sum(axis=-1)
-        # By densities: mu collects the derivatives of all things of that kind.
+        # Derivatives by mean densities are sums over all objects of the kind.
         g_mu = eta - product + ((e * g)[..., None] * S).sum(axis=(-3, -2))
         eH, scale, unit = e[..., None] * H, f * own, np.eye(d.shape[-1])
         ES = S.transpose(0, 1, 2, 4, 3)  # (B, 1, T, M, C)
         H_mu = (ES @ (eH * e[..., None, :]) @ S).sum(axis=-3)
-        # By deviations, and mixed, with rows for d and columns for mu.
+        # Derivatives by deviations, and mixed derivatives with rows for d and columns for mu.
         D = unit - scale[..., None] * H * scale[..., None, :]
         mixed = scale[..., None] * H * e[..., None, :]
-        # By scores. The second derivative of log slope follows from log slope = (x^2 - z^2) / 2 + constant.
+        # Derivatives by scores; those of the log slope follow from log slope = (x^2 - z^2) / 2 + constant.
         x, ratio = (mu - self.mode) / self.sd, slope / self.sd
         gz = slope * g_mu + x * ratio - z
         if is_expected:
@@ -176,19 +177,19 @@ class _Model:
 
 
 class _Curvature(NamedTuple):
-    """Factors of the negative Hessian, with some scores fixed."""
+    """Factors of the negative Hessian without fixed scores, and the Newton step."""
 
     DC: Array  # D^-1 C, (B, n, T, C, M)
     Dg: Array  # D^-1 g, (B, n, T, C)
-    inverse: Array  # covariance of the scores: inverse of A - C^T D^-1 C, (B, n, M, M), zero for fixed ones
-    log_det: Array  # log determinant of the whole matrix without fixed scores, (B, n)
+    inverse: Array  # covariance of the scores, (A - C^T D^-1 C)^-1, zero for fixed scores, (B, n, M, M)
+    log_det: Array  # log determinant of the negative Hessian, (B, n)
     dz: Array  # Newton step of the scores, (B, n, M)
     dd: Array  # Newton step of the deviations, (B, n, T, C)
-    gain: Array  # twice the gain in log posterior that the step promises, (B, n)
+    gain: Array  # twice the expected gain in log posterior by the step, (B, n)
 
 
 def _solve(point: _Point, fixed: Array) -> tuple[_Curvature, Mask]:
-    """Solves for the Newton step. Also returns where the matrix is positive definite, (B, n)."""
+    """Computes the Newton step. Also returns a mask of positive definite negative Hessians, (B, n)."""
     A, C, D = point.A, point.C, point.D
     if D.shape[-1] == 1:
         inverse_D, log_D, ok = 1.0 / D, np.log(np.maximum(D[..., 0, 0], 1e-300)), D[..., 0, 0] > 0.0
@@ -219,7 +220,7 @@ def _solve(point: _Point, fixed: Array) -> tuple[_Curvature, Mask]:
 
 
 class _Mode(NamedTuple):
-    """Mode of the log posterior, with its curvature, for given fixed scores."""
+    """Mode of the log posterior over all scores that are not fixed, with its curvature."""
 
     z: Array
     d: Array
@@ -228,11 +229,16 @@ class _Mode(NamedTuple):
 
 
 def _climb(model: _Model, z: Array, d: Array, fixed: Array, settled: float) -> _Mode:
-    """Finds modes by Newton's method with shortened steps.
+    """Finds modes by Newton's method with step halving.
 
-    The mask ``fixed``, (B, n, M), is 1 for scores that stay constant.
+    If a Hessian is not negative definite, it is replaced by its expectation.
 
-    Where the Hessian is not negative definite, its expectation replaces it.
+    Args:
+        model: Log posterior of B observers.
+        z: Initial scores, (B, n, M).
+        d: Initial deviations, (B, n, T, C).
+        fixed: 1 for scores that stay constant, otherwise 0, (B, n, M).
+        settled: Expected gain below which a search has converged.
     """
     found = _Mode(z, d, *_look(model, z, d, fixed))
     left, part, here, ended = np.arange(len(z)), model, found, np.zeros(fixed.shape[:2], dtype=bool)
@@ -253,14 +259,14 @@ def _climb(model: _Model, z: Array, d: Array, fixed: Array, settled: float) -> _
             if not worse.any():
                 break
             length = np.where(worse, 0.5 * length, length)
-        ended |= is_last | worse  # no step, however short, gains anything that rounding does not hide
+        ended |= is_last | worse  # if all step lengths are worse, the remaining gain is below rounding errors
         here = _Mode(z, d, *_look(part, z, d, free, point))
         found = here if len(left) == len(found.z) else _put(found, left, here)
     return found
 
 
 def _look(model: _Model, z: Array, d: Array, fixed: Array, point: _Point | None = None) -> tuple[_Point, _Curvature]:
-    """Evaluates the log posterior and the Newton step at a point."""
+    """Computes the log posterior and the Newton step at a point."""
     point = model.evaluate(z, d) if point is None else point
     curvature, is_definite = _solve(point, fixed)
     if not is_definite.all():
@@ -270,11 +276,10 @@ def _look(model: _Model, z: Array, d: Array, fixed: Array, point: _Point | None 
 
 
 def _start(model: _Model, prior: Normals, T: int, C: int) -> tuple[Array, Array]:
-    """Computes starting points for scores, (B, 2, M), and deviations, (B, 2, T, C).
+    """Computes two starting points for scores, (B, 2, M), and deviations, (B, 2, T, C).
 
-    One point is a fit of the torques, the other is zero.
-
-    The log posterior may have several maxima (``fit_torques``).
+    The first is a fit of the torques, the second is zero. Two are needed because the log posterior may have several
+    maxima (``fit_torques``).
     """
     S, f = model.selection.astype(float), model.deviation[:, 0]
     P, q = fit_torques(model.holds, T)
@@ -301,7 +306,7 @@ def _start(model: _Model, prior: Normals, T: int, C: int) -> tuple[Array, Array]
 
 
 def _choose_best(found: _Mode) -> _Mode:
-    """Selects the most probable of several modes with Laplace's method."""
+    """Selects the mode with the largest probability mass by Laplace's method."""
     z, d, point, curvature = found
     rows, best = np.arange(len(z)), (point.value - 0.5 * curvature.log_det).argmax(axis=1)
 
@@ -332,7 +337,7 @@ def _put(mode: _Mode, rows: NDArray[np.intp], part: _Mode) -> _Mode:
 
 
 def compute_posterior(experience: Experience) -> Posterior:
-    """Computes the posterior of mean densities and of one object's own densities."""
+    """Computes the posterior of mean densities and of one object's densities."""
     prior, holds, kinds, is_used, deviation, things = experience
     B, M = prior.mean.shape
     owned = ((kinds[..., None] == np.arange(M)) & is_used[..., None]).any(axis=2)  # (B, T, M)
@@ -375,7 +380,7 @@ def compute_posterior(experience: Experience) -> Posterior:
     own_mean = (mass * own).sum(axis=-1)
     squares = (own - own_mean[..., None]) ** 2 + (f[..., None] * mu) ** 2 * variance
     own_sd = np.sqrt((mass * squares).sum(axis=-1))
-    # About the mode rho = mu (1 + f d) changes by e dmu + f mu dd, and d by -D^-1 C dmu if mu changes.
+    # Near the mode, rho = mu (1 + f d) changes by e dmu + f mu dd. If mu changes, d changes by -D^-1 C dmu.
     e, scale = 1.0 + f * mode.d[rows, 0, things], f * point.mu[:, 0][at]
     slopes = (own_kinds[..., None] == np.arange(M)) * e[..., None]
     slopes = (slopes - scale[..., None] * mode.curvature.DC[rows, 0, things] / point.slope[:, 0, None]) * used[
@@ -390,7 +395,7 @@ def compute_posterior(experience: Experience) -> Posterior:
         spread = alone + _correlate(mass, np.where(used[..., None], own - own_mean[..., None], 0.0))
     else:
         spread = alone + slopes @ covariance @ slopes.mT
-    if points is not None:  # densities of an object of all three materials are near their means
+    if points is not None:  # the points also integrate over the densities of an object with all three materials
         order = np.sort(np.where(used, own_kinds, -1), axis=1)
         has_all = (order == np.arange(M)).all(axis=1) if M == C else np.zeros(len(rows), dtype=bool)
         points = _Points(mu, points.log_volumes[rows], has_all)
@@ -400,10 +405,7 @@ def compute_posterior(experience: Experience) -> Posterior:
 
 
 def _split(experience: Experience, patterns: NDArray[Any]) -> Posterior:
-    """Computes posteriors in groups of observers with equal patterns.
-
-    No observer's result then depends on the others.
-    """
+    """Computes posteriors in groups of observers with equal patterns, so that observers do not affect each other."""
     numbers = np.unique(patterns, axis=0, return_inverse=True)[1].ravel()
     parts = [np.flatnonzero(numbers == number) for number in range(numbers.max() + 1)]
     order = np.argsort(np.concatenate(parts))
@@ -425,10 +427,14 @@ def _split(experience: Experience, patterns: NDArray[Any]) -> Posterior:
 
 
 def _divide(experience: Experience, joined: Mask, owned: Mask) -> Posterior:
-    """Computes independent posteriors for groups of mean densities. No prior and no object connects two groups.
+    """Computes posteriors of independent groups of mean densities, which share neither prior nor objects.
 
-    ``joined``, (M, M), is true for densities of one group, and ``owned``, (B, T, M), for densities of an object. A
-    group without objects keeps its prior.
+    A group without objects keeps its prior.
+
+    Args:
+        experience: Experience of B observers.
+        joined: True for mean densities of the same group, (M, M).
+        owned: True for the mean densities of each object's materials, (B, T, M).
     """
     prior, holds, kinds, is_used, deviation, things = experience
     B, M = prior.mean.shape
@@ -470,18 +476,16 @@ def _divide(experience: Experience, joined: Mask, owned: Mask) -> Posterior:
 
 
 def _find_covariance(mode: _Mode) -> Array:
-    """Computes the covariance of mean densities, (B, M, M), from their scores at the mode."""
+    """Computes the covariance of mean densities at the mode, (B, M, M)."""
     slope = mode.point.slope[:, 0]
     covariance: Array = slope[..., None] * mode.curvature.inverse[:, 0] * slope[:, None]
     return covariance
 
 
 def _expand(model: _Model, mode: _Mode) -> Normals:
-    """Expands the log posterior of mean densities to second order at the mode.
+    """Expands the log posterior at the mode to second order in mean densities, instead of scores.
 
-    The expansion is in densities, not in scores.
-
-    Restricted to positive densities this is nearly exact even if the data leave differences of densities open.
+    After restriction to positive densities, this is nearly exact even if the data do not determine all densities.
     """
     point, M = mode.point, model.size
     slope = point.slope[:, 0]
@@ -491,12 +495,12 @@ def _expand(model: _Model, mode: _Mode) -> Normals:
     x = (point.mu - model.mode) / model.sd
     ratio = point.slope / model.sd
     bend = point.slope * (x * ratio - mode.z)
-    gradient = (point.gz - x * ratio + mode.z) / point.slope  # by densities, (B, 1, M)
+    gradient = (point.gz - x * ratio + mode.z) / point.slope  # derivative by mean densities, (B, 1, M)
     of_slope = bend * gradient + ratio**2 + x * bend / model.sd - 1.0
     precision = invert(mode.curvature.inverse[:, 0]) + of_slope[:, 0, :, None] * np.eye(M)
     precision = precision / (slope[..., None] * slope[:, None])
     values, vectors = np.linalg.eigh(precision)
-    # Where the log posterior of densities is not concave, that of scores is, at least nearly.
+    # If the log posterior is not concave in densities, the expansion in scores is used.
     is_concave = values[:, 0] > 1e-12 * values[:, -1]
     inverse = (vectors / np.where(is_concave[:, None], values, 1.0)[:, None]) @ vectors.mT
     covariance = np.where(is_concave[:, None, None], inverse, flat)
@@ -505,11 +509,11 @@ def _expand(model: _Model, mode: _Mode) -> Normals:
 
 
 class _Points(NamedTuple):
-    """Points that integrate over three densities."""
+    """Quadrature points for three densities."""
 
     mu: Array  # (B, 3, n), [kg/m^3]
-    log_volumes: Array  # logs of the volumes that they stand for, (B, n)
-    is_valid: Mask  # false for observers whose densities they do not describe, (B,)
+    log_volumes: Array  # log volume of each point, (B, n)
+    is_valid: Mask  # False for observers to whom the points do not apply, (B,)
 
 
 class _Grid(NamedTuple):
@@ -517,9 +521,9 @@ class _Grid(NamedTuple):
 
     mass: Array  # probabilities, (B, M, n)
     mu: Array  # densities, (B, M, n)
-    d: Array  # deviations at the conditional modes, (B, M, n, T, C)
-    variance: Array  # their variances given the score, (B, M, n, T, C)
-    # Logs of the volumes of three densities that the points stand for, (B, n); None for other numbers of densities.
+    d: Array  # deviations at the mode given the score, (B, M, n, T, C)
+    variance: Array  # variances of the deviations given the score, (B, M, n, T, C)
+    # Log volume of each point in the space of three densities, (B, n); None for other numbers of densities.
     log_volumes: Array | None = None
 
 
@@ -529,7 +533,7 @@ def _tabulate(model: _Model, mode: _Mode) -> _Grid:
     T, C = mode.d.shape[2:]
     n, inverse = len(_NODES), mode.curvature.inverse[:, 0]
     variances = np.diagonal(inverse, axis1=1, axis2=2)
-    slopes = inverse / variances[..., None]  # change of all scores with one of them
+    slopes = inverse / variances[..., None]  # change of all scores per change of one score
     dz = slopes[:, :, None, :] * (np.sqrt(variances)[:, :, None] * _NODES)[..., None]
     z = np.maximum(mode.z[:, :, None] + dz, _LEAST_SCORE).reshape(B, M * n, M)
     dd = -(mode.curvature.DC @ dz.reshape(B, M * n, 1, M, 1))[..., 0]
@@ -545,8 +549,8 @@ def _tabulate(model: _Model, mode: _Mode) -> _Grid:
 def _tabulate_joint(model: _Model, mode: _Mode) -> _Grid:
     """Computes the joint distribution of two or three scores on a grid.
 
-    Nodes of the first score, the widest one, lie about its mode; nodes of each further score about its mode given the
-    scores before, the widest one next.
+    Scores are ordered by decreasing SD. The grid of the first score is centred at its mode; the grid of each further
+    score is centred at its mode given the previous scores.
     """
     (B, _, M), (T, C) = mode.z.shape, mode.d.shape[2:]
     nodes = [_RIDGE_NODES] * (M - 1) + [_NODES]
@@ -554,7 +558,7 @@ def _tabulate_joint(model: _Model, mode: _Mode) -> _Grid:
     shape: tuple[int, ...] = (B,)
     here, fixed, centres, log_widths, units = mode, np.zeros((B, 1, M)), [], [], []
     for level, each in enumerate(nodes):
-        inverse, n = here.curvature.inverse, here.z.shape[1]  # without the scores before
+        inverse, n = here.curvature.inverse, here.z.shape[1]  # covariance given the previous scores
         widest = np.diagonal(inverse[:, n // 2], axis1=1, axis2=2).argmax(axis=1)  # at the middle node
         unit = np.eye(M)[widest][:, None]
         column = np.matvec(inverse, unit)
@@ -569,7 +573,11 @@ def _tabulate_joint(model: _Model, mode: _Mode) -> _Grid:
         fixed, shape = fixed + unit, (*shape, len(each))
         if level < M - 1:
             here = _climb(model, z, d, np.broadcast_to(fixed, z.shape), _SETTLED_NODE)
-    point, curvature = _look(model, z, d, np.ones(z.shape))  # deviations follow by one Newton step
+    point, curvature = _look(model, z, d, np.ones(z.shape))  # one Newton step is enough for the deviations ...
+    rows = np.flatnonzero((curvature.gain > _LARGE_GAIN).any(axis=1))
+    if len(rows):  # ... unless it is long: its expected gain may then be far above the actual gain
+        found = _climb(model.take(rows), z[rows], d[rows], np.ones((len(rows), *z.shape[1:])), _SETTLED_NODE)
+        _, d, point, curvature = _put(_Mode(z, d, point, curvature), rows, found)
     log_p = point.value + 0.5 * (curvature.gain - curvature.log_det)
     log_p = _extend(log_p.reshape(*shape, 1), splines)[..., 0]
     scores, sum_of_widths = np.zeros((*log_p.shape, M)), np.zeros(log_p.shape)
@@ -595,17 +603,17 @@ def _tabulate_joint(model: _Model, mode: _Mode) -> _Grid:
 
 
 def _apply(values: Array, matrices: Sequence[Array]) -> Array:
-    """Multiplies axes 1, 2, ... of values by matrices, (B, n, ..., k) to (B, points, ..., k)."""
+    """Multiplies axes 1, 2, ... of values by one matrix each: (B, n, ..., k) becomes (B, points, ..., k)."""
     for axis, matrix in enumerate(matrices, start=1):
-        # Products of one observer each, as in ``_interpolate``.
+        # Separate products for each observer have reproducible rounding errors, as in ``_interpolate``.
         values = np.moveaxis(matrix @ np.moveaxis(values, axis, -2), -2, axis)
     return values
 
 
 def _extend(values: Array, splines: Sequence[tuple[Array, Array]]) -> Array:
-    """Interpolates values at nodes of several axes. Beyond the nodes they continue along a plane.
+    """Interpolates values along several axes, with a plane beyond the nodes.
 
-    Twisted lines could rise again.
+    A product of linear extrapolations could increase again in the corners.
     """
     closest = [each for _, each in splines]
     found = _apply(values, closest)
@@ -615,17 +623,15 @@ def _extend(values: Array, splines: Sequence[tuple[Array, Array]]) -> Array:
 
 
 def _correlate(mass: Array, offsets: Array) -> Array:
-    """Computes covariances, (B, C, C), from offsets to the means, (B, C, n), that have equal masses."""
+    """Computes covariances, (B, C, C), from probability masses and offsets to the means, (B, C, n)."""
     covariance: Array = (mass * offsets) @ offsets.mT
     return covariance
 
 
 def _tabulate_separate(model: _Model, mode: _Mode) -> _Grid:
-    """Computes the marginals of independent scores on a grid.
+    """Computes the marginals of independent scores on a grid; each object must have one density.
 
-    Mean densities are independent if every object has one density.
-
-    All scores move at once. Deviations follow by one Newton step, whose gain is added.
+    All scores move at once. The deviations are optimised by one Newton step, whose gain is added.
     """
     variances = np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2)[:, None]
     dz = np.sqrt(variances) * _NODES[:, None]  # (B, n, M)
@@ -642,10 +648,7 @@ def _tabulate_separate(model: _Model, mode: _Mode) -> _Grid:
 
 
 def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: Array) -> _Grid:
-    """Interpolates log marginals, (B, M, n), and deviations from the nodes.
-
-    Deviations and their variances are (B, M, n, T, C).
-    """
+    """Interpolates log marginals, (B, M, n), and deviations and variances, (B, M, n, T, C), from nodes to points."""
     extended, closest = _build_spline(*_NODES)
     log_p = log_p @ extended.T
     mass = np.exp(log_p - log_p.max(axis=-1, keepdims=True))
@@ -653,7 +656,7 @@ def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: A
     sds = np.sqrt(np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2))
     scores = np.maximum(mode.z + sds[:, None] * _POINTS[:, None], _LEAST_SCORE)
     mu = np.swapaxes(model.find_densities(scores)[0], 1, 2)
-    # Products of one observer each: their rounding does not depend on who else is there, as that of tensordot does.
+    # With separate products, rounding errors do not depend on the other observers; with tensordot they would.
     d, variance = (
         (closest @ each.reshape(*each.shape[:3], -1)).reshape(*each.shape[:2], len(closest), *each.shape[3:])
         for each in (d, variance)
@@ -663,9 +666,10 @@ def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: A
 
 @cache
 def _build_spline(*nodes: float, step: int = 1) -> tuple[Array, Array]:
-    """Builds the matrices that interpolate values at nodes to every point or every second one, (points, nodes).
+    """Builds matrices that interpolate values from nodes to every ``step``-th point, (points, nodes).
 
-    The first continues along straight lines beyond the nodes, the second with constant values.
+    Returns:
+        Matrix with linear extrapolation beyond the nodes, and matrix with constant extrapolation.
     """
     spline = scipy.interpolate.CubicSpline(nodes, np.eye(len(nodes)))
     points = _POINTS[::step]
@@ -682,12 +686,20 @@ def _restrict(
     is_quadratic: Mask,
     points: _Points | None = None,
 ) -> Normals:
-    """Builds normals whose means and SDs, (B, M), apply after restriction to positive densities.
+    """Builds unrestricted normal distributions that have given moments after restriction to positive densities.
 
-    The correlations after restriction are those of ``covariance``, (B, M, M): exactly for two or three densities. For
-    more, the bound of each density is taken for a normal factor that gives its moments, as in expectation propagation
-    (Minka 2001): exact for densities that do not covary. The expansion replaces it where the log likelihood is
-    quadratic, (B,), and for more densities where two bounds cut off both ends of an undetermined direction.
+    The moments are matched exactly for two or three densities. For more densities, each bound is approximated by a
+    normal factor, as in expectation propagation (Minka 2001); this is exact for uncorrelated densities. The expansion
+    is used instead if the log likelihood is quadratic, and for more than three densities if two bounds cut off both
+    ends of an undetermined direction.
+
+    Args:
+        mean: Means after restriction, (B, M).
+        sd: SDs after restriction, (B, M).
+        covariance: Covariance with the correlations after restriction, (B, M, M).
+        expansion: Second-order expansion of the log posterior.
+        is_quadratic: True for observers with a quadratic log likelihood, (B,).
+        points: Quadrature points, needed for three densities.
     """
     unit = np.eye(mean.shape[1])
     center, scale = find_untruncated(mean, sd)

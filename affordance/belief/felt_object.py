@@ -1,4 +1,4 @@
-"""Lifted objects, and the object at hand."""
+"""Records of lifted objects, and of the object that will be lifted next."""
 
 from typing import NamedTuple
 
@@ -9,19 +9,19 @@ from affordance.objects.appearance import Appearance
 
 
 class Thing(NamedTuple):
-    """Object that was lifted."""
+    """Lifted object."""
 
-    appearance: Appearance  # appearance, with the colours as stored in the memory
+    appearance: Appearance  # appearance, with colours from the memory in place of the measured colours
     colours: tuple[int, ...]  # indices of its m colours
 
 
 class AtHand(NamedTuple):
-    """Object that was recalled last, with its number. An object that was never lifted has the next free number."""
+    """Object that was recalled last and will be lifted next."""
 
     thing: Thing
-    number: int
+    number: int  # number of the object; the next free number if it was never lifted
 
     @property
     def seen(self) -> Seen:
-        """Object in the form that a learner needs."""
+        """Object in the format that learners use."""
         return Seen(self.thing.colours, np.array([self.number]))

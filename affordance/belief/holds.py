@@ -1,8 +1,8 @@
-"""Stores measured torques for every hold, and computes their log likelihood for many observers.
+"""Stores the measured torques of all holds, and computes their log likelihood for many observers.
 
-Each of N holds refers to the held object. Holds that differ only in measured torques share one entry, with mean and
-sum of squares of the torques. Evidence that is a quadratic function of a thing's densities is a hold, too: as many
-torques as densities, with constant errors.
+A hold is one static measurement of an object. Holds that differ only in the measured torques share one entry, with
+the mean and the sum of squares of the torques. A quadratic log likelihood of an object's densities is stored as a
+hold with constant noise and one torque per parameter.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,23 +16,23 @@ from affordance.belief.likelihood import SEEN, Likelihood
 from affordance.belief.normals import Normals, invert
 from affordance.belief.rows import Seen, State, pad
 
-# Entries of a state, with an axis for B observers: N holds of J joints, (B, N, ...), with C columns for the densities
-# of a thing and Q errors of its geometry. Entries without a hold are zero.
+# Entries of a state for B observers: N holds with J joints, C densities of the held object, and Q geometry errors of
+# the object. Unused entries are zero.
 OF_HOLDS = (
-    "hold_thing",  # number of the thing
+    "hold_thing",  # number of the object
     "hold_count",  # number of measurements, 0 if there is no hold
-    "hold_weight",  # number of measurements that were averaged, which divides their variance
+    "hold_weight",  # number of averaged measurements, by which the variance is divided
     "hold_noise",  # threshold s0, [N m], and Weber fraction w, (B, N, 2)
     "hold_arm",  # torque of the arm alone, (B, N, J), [N m]
     "hold_tau",  # mean of the measured torques, (B, N, J), [N m]
     "hold_squares",  # sum of squared differences from this mean, (B, N, J), [(N m)^2]
     "hold_regressor",  # torque per density, Y Phi, (B, N, J, C), [N m / (kg/m^3)]
-    "hold_errors",  # its change by one SD of each error of geometry, (B, N, Q, J, C)
+    "hold_errors",  # change of the regressor by one SD of each geometry error, (B, N, Q, J, C)
 )
 
 
 class Holds(NamedTuple):
-    """Arrays of a state that store the measurements; see ``OF_HOLDS``."""
+    """Measurements of all holds; ``OF_HOLDS`` describes the arrays."""
 
     thing: NDArray[np.intp]
     counts: Array
@@ -50,12 +50,12 @@ class Holds(NamedTuple):
         return cls(*(state[name] for name in OF_HOLDS))
 
     def take(self, rows: NDArray[np.intp]) -> "Holds":
-        """Returns the arrays of some observers."""
+        """Selects observers."""
         return Holds._make(array[rows] for array in self)
 
 
 class Slopes(NamedTuple):
-    """Log likelihood of T objects at n sets of densities, with its derivatives. Densities are (B, n, T, C)."""
+    """Log likelihood of T objects at n sets of C densities, with derivatives by the densities."""
 
     value: Array  # (B, n, T)
     gradient: Array  # (B, n, T, C)
@@ -63,11 +63,16 @@ class Slopes(NamedTuple):
 
 
 def compute_log_likelihood(holds: Holds, rho: Array, *, is_expected: bool = False) -> Slopes:
-    """Computes the log likelihood of all measurements at densities, (B, n, T, C), [kg/m^3].
+    """Computes the log likelihood of the densities of T objects, and its derivatives.
 
-    The variance of a torque grows with the torque itself, so its logarithm is a part of the likelihood. Errors of a
-    thing's geometry are the same in all of its holds and are integrated over, with their determinant. If is_expected,
-    the second derivatives are expectations, as if the densities were true; they are never positive.
+    The variance of a torque depends on the torque, so the log likelihood includes the log variance. The geometry
+    errors of an object are equal in all of its holds, and are integrated out.
+
+    Args:
+        holds: Measurements of B observers.
+        rho: Densities at n points, (B, n, T, C), [kg/m^3].
+        is_expected: If True, replaces the second derivatives with their expectations, which are negative
+            semidefinite.
     """
     size, n, T, C = rho.shape
     J = holds.arm.shape[2]
@@ -84,12 +89,13 @@ def compute_log_likelihood(holds: Holds, rho: Array, *, is_expected: bool = Fals
 
 
 def fit_torques(holds: Holds, num_things: int) -> tuple[Array, Array]:
-    """Fits densities to torques, as a first guess. The errors have the size that the measured torques imply.
+    """Fits densities to torques, as a starting point for the search of the mode.
 
-    At a density at which a joint bears hardly any torque, its error is small, so the log likelihood has several
-    maxima.
+    The noise is computed from the measured torques instead of the predicted torques, which makes the fit linear. The
+    exact log likelihood can have several maxima, because noise is small at densities that make a joint torque small.
 
-    Returns: Precision, (B, T, C, C), and information vector, (B, T, C), of each thing's densities.
+    Returns:
+        Precision, (B, T, C, C), and information vector, (B, T, C), of each object's densities.
     """
     size, C = len(holds.thing), holds.regressor.shape[3]
     sums = np.zeros((size, 1, num_things, C * C + C))
@@ -101,27 +107,26 @@ def fit_torques(holds: Holds, num_things: int) -> tuple[Array, Array]:
     return sums[:, 0, :, : C * C].reshape(size, num_things, C, C), sums[:, 0, :, C * C :]
 
 
-# Largest number of entries of an array for all holds; more holds are evaluated one part after the other.
+# Largest number of entries of a temporary array; if more are needed, the holds are evaluated in parts.
 _LARGEST = 2_000_000
-_FEW = 32  # number of things whose sums are matrix products
+_FEW = 32  # largest number of objects for which sums over holds are computed as matrix products
 
 
 def _cut(holds: Holds, entries: int) -> Iterator[Holds]:
-    """Splits the holds into parts, given the number of entries that one hold of each observer needs."""
+    """Splits the holds into parts, given the number of array entries per hold."""
     N, step = holds.arm.shape[1], max(1, _LARGEST // max(entries, 1))
     return (Holds._make(array[:, start : start + step] for array in holds) for start in range(0, N, step))
 
 
 def _multiply(values: Array, matrices: Array) -> Array:
-    """Multiplies values, (B, n, N, K), by a matrix per hold, (B, N, K, L). The result is (B, n, N, L)."""
+    """Multiplies the values of each hold, (B, n, N, K), by its matrix, (B, N, K, L)."""
     return np.asarray((values.swapaxes(1, 2) @ matrices).swapaxes(1, 2))
 
 
 def _take_of_holds(holds: Holds, rho: Array) -> Array:
-    """Selects the densities of the object in each hold, (B, n, N, C)."""
-    size, n, _, C = rho.shape
-    place = np.broadcast_to(holds.thing[:, None, :, None], (size, n, holds.thing.shape[1], C))
-    return np.take_along_axis(rho, place, axis=2)
+    """Returns the densities of the object in each hold, (B, n, N, C)."""
+    # A third of the time of numpy.take_along_axis.
+    return rho[np.arange(rho.shape[0])[:, None, None], np.arange(rho.shape[1])[:, None], holds.thing[:, None]]
 
 
 def _add_by_thing(sums: Array, holds: Holds, values: Array) -> None:
@@ -131,7 +136,7 @@ def _add_by_thing(sums: Array, holds: Holds, values: Array) -> None:
         owner = (holds.thing[:, None, :] == np.arange(T)[:, None]) & (holds.counts > 0)[:, None, :]
         sums += owner[:, None].astype(float) @ values
         return
-    # The matrix above would be too large for one observer with many things and holds.
+    # For one observer with many objects and holds, the matrix above would be too large.
     thing, order = holds.thing[0], np.argsort(holds.thing[0], kind="stable")
     order = order[holds.counts[0, order] > 0]
     starts = np.flatnonzero(np.diff(thing[order], prepend=-1))
@@ -139,9 +144,10 @@ def _add_by_thing(sums: Array, holds: Holds, values: Array) -> None:
 
 
 def _compare(holds: Holds, t: Array, is_expected: bool) -> tuple[Array, Array, Array]:
-    """Compares measured torques with predicted ones, (B, n, N, J).
+    """Computes the log likelihood of predicted torques, (B, n, N, J).
 
-    Returns: Log likelihood of a hold, (B, n, N), and its first and second derivative by each torque, (B, n, N, J).
+    Returns:
+        Log likelihood of each hold, (B, n, N), and its first and second derivatives by each torque, (B, n, N, J).
     """
     count, weight = holds.counts[:, None, :, None], holds.weight[:, None, :, None]
     threshold, fraction = (holds.noise[:, None, :, None, i] ** 2 for i in (0, 1))
@@ -153,7 +159,7 @@ def _compare(holds: Holds, t: Array, is_expected: bool) -> tuple[Array, Array, A
     if holds.squares.any():
         misfit += holds.squares[:, None]
     misfit *= precision
-    # A product of variances takes one logarithm for all joints.
+    # The logarithm of the product of variances is faster than the sum of logarithms.
     log_v = np.log(v.prod(axis=-1)) + v.shape[-1] * np.log(2.0 * np.pi)
     value = -0.5 * (misfit.sum(axis=-1) + count[..., 0] * log_v)
     first = pull * precision + 0.5 * (misfit - count) * ratio
@@ -164,15 +170,18 @@ def _compare(holds: Holds, t: Array, is_expected: bool) -> tuple[Array, Array, A
     return value, first, second
 
 
-# Step of the central differences of the gradient of the effect of geometry, as a fraction of the densities.
+# Step of the central differences in ``_correct_for_geometry``, as a fraction of the densities.
 _STEP = 1e-4
 
 
 def _correct_for_geometry(holds: Holds, rho: Array, slopes: Slopes, is_expected: bool) -> Slopes:
-    """Adds the effect of errors e ~ N(0, I) of each object's geometry, with R = D + F F^T.
+    """Adds the effect of geometry errors e ~ N(0, I) to the log likelihood.
 
-    log N(r; 0, R) = log N(r; 0, D) + b^T M^-1 b / 2 - log det M / 2 with M = I + F^T D^-1 F and b = F^T D^-1 r, sums
-    over the object's holds. The second derivatives are central differences of the first.
+    The errors change the residual covariance of an object's holds from D to R = D + F F^T:
+
+        log N(r; 0, R) = log N(r; 0, D) + b^T M^-1 b / 2 - log det M / 2,    M = I + F^T D^-1 F,    b = F^T D^-1 r
+
+    M and b are sums over the object's holds. The second derivatives are central differences of the first derivatives.
     """
 
     def evaluate(rho: Array) -> tuple[Array, Array, Array]:
@@ -204,15 +213,16 @@ def _correct_for_geometry(holds: Holds, rho: Array, slopes: Slopes, is_expected:
     )
 
 
-# Least sum of squares of an error's torques, relative to the largest, that is told from rounding.
+# Smallest squared effect of a geometry error on torques, relative to the largest, that exceeds rounding errors.
 _LEAST_SQUARES = 1e-14
 
 
 def reduce_errors(holds: Holds, num_things: int) -> Holds:
-    """Replaces the geometry errors of each object by fewer, equivalent errors.
+    """Replaces the geometry errors of each object with fewer, equivalent errors.
 
-    Any rotation of errors e ~ N(0, I) is equivalent. About as many combinations change torques as a body at rest has
-    parameters that bear weight; the others are left out.
+    Errors e ~ N(0, I) can be rotated without changing the model. Combinations of errors that change no torque are
+    removed. The remaining number is about the number of inertial parameters that affect the torques of a body at
+    rest.
     """
     size, N, Q, J, C = holds.errors.shape
     errors, sums = holds.errors.reshape(size, N, Q, J * C), np.zeros((size, 1, num_things, Q * Q))
@@ -226,12 +236,13 @@ def reduce_errors(holds: Holds, num_things: int) -> Holds:
 
 
 def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
-    """Sums the information about geometry errors over holds, given densities, (B, n, T, C).
+    """Computes the information about geometry errors, summed over the holds of each object.
 
-    Given the densities, the errors are normal with mean M^-1 b and covariance M^-1.
+    Given densities, (B, n, T, C), the errors are normal with mean M^-1 b and covariance M^-1.
 
-    Returns: M, (B, n, T, Q, Q), b, (B, n, T, Q), and K = F^T D^-1 A, (B, n, T, C, Q), with A the torque per density,
-    and derivatives of M and b by densities, (B, n, T, C, Q, Q) and (B, n, T, C, Q).
+    Returns:
+        M, (B, n, T, Q, Q), b, (B, n, T, Q), K = F^T D^-1 A, (B, n, T, C, Q), where A is the torque per density, and
+        the derivatives of M and b by the densities, (B, n, T, C, Q, Q) and (B, n, T, C, Q).
     """
     size, n, T, C = rho.shape
     Q, J = holds.errors.shape[2:4]
@@ -245,7 +256,7 @@ def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
         threshold, fraction = part.noise[:, None, :, None, 0], part.noise[:, None, :, None, 1]
         v = threshold**2 + (fraction * t) ** 2 + (part.counts == 0)[:, None, :, None]
         W = part.weight[:, None, :, None] / v
-        dW, r = -2.0 * fraction**2 * t / v * W, part.tau[:, None] - t  # derivative by the torque, and residual
+        dW, r = -2.0 * fraction**2 * t / v * W, part.tau[:, None] - t  # derivative of W by the torque, and residual
         weighted = F * W[..., None, :]
         columns = [weighted @ F.mT, np.matvec(weighted, r), (weighted @ part.regressor[:, None]).mT]
         dM, db = [], []
@@ -263,12 +274,12 @@ def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
 
 
 class Felt(NamedTuple):
-    """Evidence of B observers from one lift of an object with C densities."""
+    """Measurements of one lift of an object with C densities, for B observers."""
 
-    hold: Holds  # of one thing, (B, 1, ...)
-    log_constant: Array  # added to the log likelihood, (B,)
+    hold: Holds  # one hold per observer, (B, 1, ...)
+    log_constant: Array  # constant that is added to the log likelihood, (B,)
     num_values: int  # number of measured values
-    log_peak: Array | None = None  # log probability density of data without error; None for that of the torques
+    log_peak: Array | None = None  # log probability density of error-free data, (B,); computed if None
 
     @classmethod
     def from_torques(
@@ -284,11 +295,11 @@ class Felt(NamedTuple):
 
         Args:
             tau: Measured torques, (B, J), [N m].
-            tau_arm: Torques of the arm alone, (J,) or (B, J), [N m].
+            tau_arm: Torques of the arm without the object, (J,) or (B, J), [N m].
             regressor: Torque per density, (B, J, C), [N m / (kg/m^3)].
             noise: Threshold s0, [N m], and Weber fraction w.
             num_samples: Number of independent measurements in the mean.
-            errors: Change of the regressor by one SD of each of Q errors of geometry, (B, Q, J, C).
+            errors: Change of the regressor by one SD of each of Q geometry errors, (B, Q, J, C).
         """
         B, J, C = regressor.shape
         ones = np.ones((B, 1))
@@ -312,9 +323,9 @@ class Felt(NamedTuple):
         """Builds the evidence of one observer from a quadratic log likelihood of K parameters.
 
         Args:
-            likelihood: Log likelihood with a positive semidefinite precision, (K, K).
+            likelihood: Log likelihood of the parameters with a positive semidefinite precision, (K, K).
             Phi: Parameters per density, (K, C); None if the parameters are the densities.
-            Phi_errors: Change of Phi by one SD of each of Q errors of geometry, (Q, K, C).
+            Phi_errors: Change of Phi by one SD of each of Q geometry errors, (Q, K, C).
         """
         values, vectors = np.linalg.eigh(likelihood.precision)
         roots = np.sqrt(np.where(values > SEEN * max(values[-1], 0.0), values, 0.0))
@@ -330,14 +341,15 @@ class Felt(NamedTuple):
         )
 
     def find_likelihood(self, normals: Normals, observers: NDArray[np.intp] | None = None) -> Likelihood:
-        """Approximates the exact log likelihood by a quadratic at the posterior mode.
+        """Approximates the log likelihood of the densities by a quadratic function.
 
-        Value, gradient and Hessian agree there, so evidence and posterior of a normal belief equal Laplace's method.
-        The mode may be negative.
+        Value, gradient and Hessian are exact at the posterior mode. A normal belief that is updated with this
+        likelihood therefore has the evidence and posterior of Laplace's method. The mode may have negative
+        densities.
 
         Args:
             normals: Beliefs before the lift about the C densities, (N, C).
-            observers: Number of the observer who holds each belief, (N,); None if belief b belongs to observer b.
+            observers: Number of each belief's observer, (N,); None if belief b belongs to observer b.
         """
         rows = np.arange(len(normals)) if observers is None else observers
         hold = self.hold.take(rows)
@@ -368,7 +380,7 @@ class Felt(NamedTuple):
                 curvature[is_bad] = Lambda[bad] - expected.hessian[:, 0, 0]
             step = np.linalg.solve(curvature, gradient[..., None])[..., 0]
             going = (step * gradient).sum(axis=-1) > _SETTLED
-            rho[left[~going]] += step[~going]  # the last step squares what is left of the error
+            rho[left[~going]] += step[~going]  # Newton's method converges quadratically, so this step is the last
             left, step, log_p = left[going], step[going], log_p[going]
             if not len(left):
                 break
@@ -397,25 +409,25 @@ class Felt(NamedTuple):
         return np.asarray(peak - 0.5 * np.linalg.slogdet(M)[1])
 
 
-# Gain in log probability by a step below which it is the last one; largest numbers of steps and of halvings.
+# Gain in log probability below which a step is the last; largest numbers of steps and step halvings.
 _SETTLED, _MOST_STEPS, _MOST_HALVINGS = 1e-12, 200, 40
 
 
 def start_holds(size: int) -> State:
-    """Returns the entries of a state without any hold, for B observers."""
+    """Returns the entries of a state without holds, for B observers."""
     shapes = ((0,), (0,), (0,), (0, 2), (0, 0), (0, 0), (0, 0), (0, 0, 0), (0, 0, 0, 0))
     state: State = {name: np.zeros((size, *shape)) for name, shape in zip(OF_HOLDS, shapes, strict=True)}
     return {**state, "hold_thing": state["hold_thing"].astype(np.intp)}
 
 
 def add_hold(state: State, seen: Seen, felt: Felt) -> State:
-    """Adds a hold of an object to the state. A hold that differs only in its torques joins an earlier entry."""
+    """Adds a hold to the state. If it differs from an earlier hold only in the torques, both share one entry."""
     rows, N = np.arange(len(seen.things)), state["hold_count"].shape[1]
     new = {**dict(zip(OF_HOLDS, felt.hold, strict=True)), "hold_thing": seen.things[:, None]}
     shapes = {name: np.maximum(state[name].shape[2:], new[name].shape[2:]) for name in OF_HOLDS}
     old = {name: pad(state[name], (N, *shapes[name])) for name in OF_HOLDS}
     new = {name: pad(new[name], (1, *shapes[name])) for name in OF_HOLDS}
-    # A mean of independent measurements is not as informative as each of them.
+    # An averaged measurement keeps its own entry, because the scatter of its samples is unknown.
     same = (old["hold_count"] > 0) & (old["hold_weight"] == old["hold_count"]) & (new["hold_weight"] == 1.0)
     for name in ("hold_thing", "hold_noise", "hold_arm", "hold_regressor", "hold_errors"):
         same &= (old[name] == new[name]).all(axis=tuple(range(2, old[name].ndim)))
@@ -437,7 +449,7 @@ def add_hold(state: State, seen: Seen, felt: Felt) -> State:
 
 
 def add_holds(state: State, things: Sequence[int], felt: Sequence[Felt]) -> State:
-    """Adds many holds to the state of a single observer; see ``add_hold``."""
+    """Adds many holds to the state of a single observer (``add_hold``)."""
     number = np.array([*state["hold_thing"][0], *things], dtype=np.intp)
     merged: State = {"hold_thing": number[None]}
     for i, name in enumerate(OF_HOLDS[1:], 1):
@@ -467,7 +479,7 @@ def add_holds(state: State, things: Sequence[int], felt: Sequence[Felt]) -> Stat
 
 
 def forget_things(state: State, things: Sequence[int]) -> State:
-    """Keeps only the holds of these objects, renumbered in this order."""
+    """Keeps only the holds of given objects, which are renumbered in this order."""
     new = np.full(int(state["hold_thing"].max(initial=-1)) + 2, -1)
     kept = [thing for thing in things if thing < len(new)]
     new[kept] = [place for place, thing in enumerate(things) if thing < len(new)]
@@ -476,7 +488,7 @@ def forget_things(state: State, things: Sequence[int]) -> State:
 
 
 def keep_holds(state: State, is_kept: Mask) -> State:
-    """Keeps selected holds, (B, N), and moves them to the first places."""
+    """Removes all holds that are not selected by a mask, (B, N)."""
     order = np.argsort(~is_kept, axis=1, kind="stable")[:, : int(is_kept.sum(axis=1).max(initial=0))]
     left = np.take_along_axis(is_kept, order, axis=1)
     arrays = {name: state[name][np.arange(len(order))[:, None], order] for name in OF_HOLDS}

@@ -1,17 +1,18 @@
-"""State of a learner with kinds, which are groups of objects of one colour, for B observers.
+"""State of the learner ``Kinds`` for B observers.
 
-A colour has one or more kinds, each with a mean density. A thing belongs to one kind in each of its colours. If it
-changes its kind, it is treated as a different object that looks the same. A specimen comprises the holds of a thing
-while its kinds were the same, and has its own deviations. Earlier holds stay with the earlier kind, and count again
-if the thing returns to it. The belief about the means of all kinds is the posterior given all holds and these
-memberships (``exact``).
+A kind is a group of objects of one colour with a common mean density. A colour has one or more kinds. A thing is a
+lifted object; it belongs to one kind for each of its colours. A thing that changes its kind is treated as a different
+object with the same appearance. Such a pair of a thing and its kinds is called a specimen. It has its own holds and
+its own deviations from the mean densities. If a thing returns to an earlier kind, the holds of that specimen count
+again. The belief about the mean densities is the posterior given all holds and the kinds of all specimens
+(``exact``).
 
-After a lift, kinds without things are removed. Two kinds of a colour are merged if they are twins. With a probability
-above one half, the mean densities of twins differ by less than the scatter of objects within a material, which is the
-fraction ``deviation`` of the average of both means.
+After each lift, kinds without things are removed, and twins are merged. Twins are two kinds of a colour whose mean
+densities probably differ by less than the scatter of objects within a material. This scatter is ``deviation`` times
+the average of both means.
 
-The kinds of an observer fill the first places of its row, the oldest first; the remaining places are zero, and so are
-the entries of things that were never lifted. A new kind is first appended to all rows; ``tidy`` then closes the gaps.
+Each observer's kinds fill the first places of its row, the oldest first. Unused places and the entries of things that
+were never lifted are zero. A new kind is first appended to all rows; ``tidy`` then closes the gaps.
 """
 
 from collections.abc import Sequence
@@ -31,25 +32,25 @@ from affordance.belief.rows import make_room, pad, put_rows, take_rows
 # Arrays of K kinds, (B, K, ...): index of the colour, True if the place holds a kind, mean and SD of each kind before
 # its first lift, and mean and covariance of the mean densities that follow from all holds, [kg/m^3].
 OF_KINDS = ("kind_colour", "is_kind", "kind_mean", "kind_sd", "mean", "covariance")
-# Arrays of T things, (B, T, C, ...), with a column for each colour: index of the kind; number n of consecutive lifts,
-# up to the last one, in which the thing belonged to this kind; probability of the kind after the last lift; and, for
-# columns outside the most populous kind, the belief about the thing's own densities, [kg/m^3].
+# Arrays of T things, (B, T, C, ...), with a column for each colour: index of the kind, number n of consecutive lifts
+# with this kind up to the last lift, and probability of the kind after the last lift. If the kind is not the most
+# populous kind of the colour, the belief about the thing's own density follows, [kg/m^3].
 OF_THINGS = ("thing_kind", "num_lifts", "probability", "is_own", "own_mean", "own_covariance")
-# Arrays of S specimens, which are the things of ``holds``: number of the thing plus one, (B, S), and index of the
-# kind plus one for each of its colours, (B, S, C); zero where there is none.
+# Arrays of S specimens: number of the thing plus one, (B, S), and index of each colour's kind plus one, (B, S, C).
+# Unused places are zero. The module ``holds`` refers to specimens as things.
 OF_SPECIMENS = ("specimen_thing", "specimen_kind")
 _NO_SPECIMENS = dict(zip(OF_SPECIMENS, ((0,), (0, 0)), strict=True))
 
 
 class KindPrior(NamedTuple):
-    """Normal distribution of the mean density of a kind before its first lift, (B,) each, [kg/m^3]."""
+    """Normal prior of a kind's mean density, (B,) each, [kg/m^3]."""
 
     mean: Array
     sd: Array
 
 
 def start_kinds(num_colours: int, prior: KindPrior) -> State:
-    """Returns the entries of a state with one kind per colour, without objects."""
+    """Returns the initial entries of a state: one kind per colour, and no objects."""
     size, K = len(prior.mean), num_colours
     of_kinds: State = {
         "kind_colour": np.tile(np.arange(K), (size, 1)),
@@ -72,20 +73,21 @@ def start_kinds(num_colours: int, prior: KindPrior) -> State:
 
 
 def make_room_for_thing(state: State, seen: Seen) -> State:
-    """Makes room for an object in every array of objects."""
+    """Enlarges the arrays of things so that they have room for an object."""
     return make_room(state, OF_THINGS, seen)
 
 
 def believe_kinds(state: State) -> Normals:
-    """Computes the belief about the mean densities of K kinds, (B, K). Empty places are N(0, 1)."""
+    """Returns the belief about the mean densities of K kinds, (B, K). Unused places are N(0, 1)."""
     absent = np.eye(state["is_kind"].shape[1]) * ~state["is_kind"][:, None, :]
     return Normals(state["mean"], state["covariance"] + absent)
 
 
 def find_specimens(state: State, things: NDArray[np.intp]) -> tuple[State, NDArray[np.intp]]:
-    """Finds the specimen of each observer's object with its present kinds, (B,).
+    """Finds the specimen of each observer's object with its present kinds.
 
-    A new specimen is added to the state.
+    Returns:
+        State, to which a new specimen may have been added, and index of the specimen, (B,).
     """
     rows = np.arange(len(things))
     key = np.where(state["num_lifts"][rows, things] > 0, state["thing_kind"][rows, things] + 1, 0)  # (B, C)
@@ -102,7 +104,8 @@ def find_specimens(state: State, things: NDArray[np.intp]) -> tuple[State, NDArr
 def infer_kinds(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
     """Computes the belief about all kinds from all holds.
 
-    Returns the state with this belief, and the belief about one object per observer, (B, C).
+    Returns:
+        State with this belief, and the belief about the densities of each observer's object, (B, C).
     """
     is_kind, (state, specimens) = state["is_kind"], find_specimens(state, things)
     sd = np.where(is_kind, state["kind_sd"], 1.0)
@@ -117,9 +120,9 @@ def infer_kinds(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]
 
 
 def infer_kind(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
-    """Computes the belief about the kind of each observer's object, where objects have one colour each.
+    """Updates the belief about the kind of each observer's object; objects must have one colour each.
 
-    The belief about other kinds must be that from all holds. Returns are as for ``infer_kinds``.
+    The belief about all other kinds must be up to date. The results are the same as from ``infer_kinds``.
     """
     rows = np.arange(len(things))
     kind = state["thing_kind"][rows, things, 0]
@@ -135,7 +138,7 @@ def infer_kind(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
 
 
 def keep_specimens(state: State, kept: Mask) -> State:
-    """Keeps selected specimens, (B, S), and their holds, and moves them to the first places."""
+    """Removes all specimens that are not selected by a mask, (B, S), with their holds."""
     if not kept.size:
         return state
     order = np.argsort(~kept, axis=1, kind="stable")
@@ -153,7 +156,7 @@ def keep_specimens(state: State, kept: Mask) -> State:
 
 
 def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDArray[np.intp]:
-    """Counts the objects of each kind, (B, K). One object for each observer can be excluded."""
+    """Counts the objects of each kind, (B, K), optionally without one object per observer."""
     counted = state["num_lifts"] > 0
     if excluded is not None:
         counted = counted & (np.arange(counted.shape[1]) != excluded[:, None])[:, :, None]
@@ -163,7 +166,7 @@ def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDAr
 
 
 def find_most_populous(state: State, colours: Sequence[int]) -> NDArray[np.intp]:
-    """Finds the kind with the most objects in each colour, (B, colours). In a tie it is the oldest kind."""
+    """Finds the kind with the most objects for each colour, (B, colours). The oldest kind wins a tie."""
     counts = count_things(state)[:, None, :]
     candidates = mark_kinds(state, colours)
     return np.where(candidates, counts, -1).argmax(axis=2)
@@ -177,7 +180,14 @@ def mark_kinds(state: State, colours: Sequence[int]) -> Mask:
 
 
 def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior], is_kind: Mask) -> State:
-    """Adds a place for a new kind of each colour. The place is used where ``is_kind``, (B, colours), is true."""
+    """Adds one place per colour for a new kind.
+
+    Args:
+        state: State of B observers.
+        colours: Colours of the new kinds.
+        priors: Prior of each new kind.
+        is_kind: True where the observer gets the new kind; other places remain unused, (B, colours).
+    """
     K, count = state["is_kind"].shape[1], len(colours)
     shapes = {name: (K + count,) * (state[name].ndim - 1) for name in OF_KINDS}
     state = {**state, **{name: pad(state[name], shape).copy() for name, shape in shapes.items()}}
@@ -193,21 +203,22 @@ def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior],
 
 
 def tidy(state: State, things: NDArray[np.intp], *, is_inferred: bool = False) -> tuple[State, Normals]:
-    """Removes empty kinds, computes the belief, and merges twins after a hold.
+    """Removes empty kinds after a hold, updates the belief, and merges twins.
 
     Args:
         state: State of B observers.
         things: Number of the held object of each observer, (B,).
-        is_inferred: True if the belief was computed from all holds but the last, with the same deviations.
+        is_inferred: True if the stored belief includes all holds but the last, with the same deviations.
 
     Returns:
-        The state, without own densities of ordinary things, and the belief about each observer's thing, (B, C).
+        State, and belief about the densities of each observer's held object, (B, C). The state keeps own densities
+        only for objects outside the most populous kind.
     """
     counts, same = count_things(state), _mark_same_colours(state)
-    # A colour that was seen but never lifted keeps its kind, which has no things.
+    # A colour that was seen but never lifted keeps its only kind, although that kind has no objects.
     is_lifted = (same & (counts > 0)[:, None, :]).any(axis=2)
     state = close_gaps(remove_kinds(state, state["is_kind"] & is_lifted & (counts == 0)))
-    has_one_colour = state["thing_kind"].shape[2] == 1  # a hold then changes the belief about one kind
+    has_one_colour = state["thing_kind"].shape[2] == 1  # a hold then changes the belief about one kind only
     state, own = (infer_kind if is_inferred and has_one_colour else infer_kinds)(state, things)
     left = np.flatnonzero(_mark_same_colours(state).sum(axis=(1, 2)) > state["is_kind"].sum(axis=1))
     while len(left):
@@ -231,7 +242,7 @@ def tidy(state: State, things: NDArray[np.intp], *, is_inferred: bool = False) -
 
 
 def remove_kinds(state: State, removed: Mask) -> State:
-    """Removes kinds, (B, K), and their measurements. No object may belong to them."""
+    """Removes kinds without objects, (B, K), and their holds."""
     state = _copy_kinds(state)
     kinds = state["specimen_kind"]
     gone = (
@@ -247,10 +258,10 @@ def remove_kinds(state: State, removed: Mask) -> State:
 
 
 def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
-    """Finds a pair of kinds of one colour that probably have the same density.
+    """Finds for each observer a pair of kinds of one colour that probably have the same density.
 
     Returns:
-        Index of the older kind, index of the later one, and True where there are twins, (B,) each.
+        Index of the older kind, index of the younger kind, and True if such a pair exists, (B,) each.
     """
     believed = believe_kinds(state)
     mean, covariance = believed.mean, believed.covariance
@@ -266,11 +277,15 @@ def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
 
 
 def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: NDArray[np.intp]) -> State:
-    """Merges two kinds of some observers into the older kind.
+    """Merges two kinds of some observers; all objects then count as if they had always belonged to the older kind.
 
-    Their objects then count as if they had always belonged to it.
+    The belief is not updated.
 
-    The belief about the kinds must be computed again.
+    Args:
+        state: State of B observers.
+        rows: Numbers of the R observers, (R,).
+        kept: Index of the older kind, (R,).
+        merged: Index of the younger kind, (R,).
     """
     state = _copy_kinds(state)
     _clear(state, rows, merged)
@@ -279,7 +294,7 @@ def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: 
     state["thing_kind"][rows] = np.where(of_merged, kept[:, None, None], state["thing_kind"][rows])
     kinds = state["specimen_kind"].copy()
     kinds[rows] = np.where(kinds[rows] == merged[:, None, None] + 1, kept[:, None, None] + 1, kinds[rows])
-    # Two specimens of a thing that are of the same kinds now are one.
+    # Two specimens of a thing may now have the same kinds; their holds are then combined.
     of_thing = state["specimen_thing"]
     if not of_thing.size:
         return state
@@ -291,7 +306,7 @@ def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: 
 
 
 def close_gaps(state: State) -> State:
-    """Moves the kinds of each observer to the first places, and removes unused places."""
+    """Moves each observer's kinds to the first places, and removes places that no observer uses."""
     is_kind = state["is_kind"]
     order = np.argsort(~is_kind, axis=1, kind="stable")
     rows, places = np.arange(len(order))[:, None], np.argsort(order, axis=1)
@@ -306,7 +321,13 @@ def close_gaps(state: State) -> State:
 
 
 def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-    """Selects colours, which are renumbered in order, and the objects without other colours."""
+    """Selects colours and objects.
+
+    Args:
+        state: State of B observers.
+        colours: Indices of the selected colours, which are renumbered in this order.
+        things: Numbers of the selected objects, which must have no other colours.
+    """
     places = np.zeros(state["is_own"].shape[1] + 1, dtype=np.intp)
     places[[thing + 1 for thing in things]] = np.arange(1, len(things) + 1)
     state = {**state, "specimen_thing": places[state["specimen_thing"]]}
@@ -320,7 +341,7 @@ def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) 
 
 
 def _forget_own(state: State, is_odd: Mask) -> State:
-    """Clears the own densities of ordinary objects. The mask ``is_odd`` has shape (B, T, C)."""
+    """Clears the own densities of objects that are not odd, given a mask ``is_odd``, (B, T, C)."""
     is_own = state["is_own"] & is_odd
     both = is_own[..., :, None] & is_own[..., None, :]
     own = {"own_mean": np.where(is_own, state["own_mean"], 0.0)}
@@ -329,7 +350,7 @@ def _forget_own(state: State, is_odd: Mask) -> State:
 
 
 def _mark_same_colours(state: State) -> Mask:
-    """Returns a mask of the pairs of kinds that share a colour, (B, K, K)."""
+    """Returns a mask of pairs of kinds with the same colour, (B, K, K)."""
     colour, is_kind = state["kind_colour"], state["is_kind"]
     same: Mask = (colour[:, :, None] == colour[:, None, :]) & is_kind[:, :, None] & is_kind[:, None, :]
     return same
@@ -340,7 +361,7 @@ def _copy_kinds(state: State) -> State:
 
 
 def _clear(state: State, rows: NDArray[np.intp], kinds: NDArray[Any]) -> None:
-    """Sets the place of a kind to zero in some rows."""
+    """Sets all entries of one kind to zero in each of the rows."""
     state["covariance"][rows, :, kinds] = 0.0
     for name in OF_KINDS:
         state[name][rows, kinds] = 0

@@ -1,26 +1,26 @@
-"""Decides after a lift whether an object is odd, of another known kind, or of a new kind.
+"""Computes which kind a lifted object belongs to: its present kind, another known kind, or a new kind.
 
-Before a lift the kind of an object follows a sticky Chinese restaurant process whose guests are objects. Let N_k be
-the number of other objects of kind k, N their sum, and n the number of lifts in which the object was of its present
-kind z. Then
+A kind is a cluster of objects of one colour that share a mean density. The prior of an object's kind is a sticky
+Chinese restaurant process. Let N_k be the number of other objects of kind k, N the sum of N_k over the colour's
+kinds, z the object's present kind, and n the number of consecutive lifts in which the object belonged to z. Then
 
     g_k = N_k / (N + alpha),   g_new = alpha / (N + alpha)
     p(z) = (n + c g_z) / (n + c),   p(k) = c g_k / (n + c),   p(new) = c g_new / (n + c)
 
-A hypothesis h assigns a kind to each colour of the object. Under h the object's densities are S_h rho + delta, where
-S_h selects these kinds, delta ~ N(0, diag(kappa rho_hat)^2), and rho_hat are the kinds' means before the lift. The
-evidence of the measured torques is computed by Laplace's method, and p(h) is proportional to prior times evidence.
-Only the present lift counts: if evidence of oddness were accumulated over lifts, every object would end up as a kind
-of its own.
+A hypothesis h assigns a kind to each colour of the object. Under h, the object's densities are S_h rho + delta. The
+matrix S_h selects the mean densities of these kinds. The scatter is delta ~ N(0, diag(kappa rho_hat)^2), where
+rho_hat is the mean before the lift. Laplace's method gives the evidence of the measured torques, and p(h) is
+proportional to prior times evidence. Evidence from earlier lifts is not accumulated, because each object would then
+become a kind of its own.
 
-A further kind of a colour has a density N(ref, (s ref)^2), where ref = sqrt(mean^2 + variance) is the root mean
-square density of the colour's most populous kind. There is no absolute scale, so the odds do not change if all
-densities are scaled. Since the density of a new kind is unknown before the lift, its breadth is kappa times its
-posterior density under the hypothesis. The first kind of a colour has the prior of all materials. Once adopted, a new
-kind starts with an SD of s times its density; the first kind's SD is at least the prior's.
+A further kind of a colour has the prior N(ref, (s ref)^2), where ref = sqrt(mean^2 + variance) is the root mean
+square density of the colour's most populous kind. There is no absolute scale: if all densities are scaled, the odds
+do not change. The density of a further kind is unknown before the lift, so the SD of delta is then kappa times its
+posterior density. The first kind of a colour has the prior of all materials. If a new kind is adopted, it starts with
+an SD of s times its density; for a first kind, the SD is at least the prior's.
 
-kappa, the breadth of a category, acts only here. How far a lift moves a kind's mean depends on the scatter of objects
-within a material (``Prior.deviation``). The two parameters do not belong to one generative model.
+kappa only affects the odds of the hypotheses. The update of a kind's mean uses the scatter of objects within a
+material instead (``Prior.deviation``). The two parameters do not belong to one generative model.
 """
 
 import itertools
@@ -46,42 +46,45 @@ from affordance.belief.learner import Lesson, Seen, State
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
 
-# Relative change in density below which the breadth of a new kind has converged; largest number of passes.
+# Relative change in density at which the iteration of ``settle_breadth`` stops, and its largest number of passes.
 _SETTLED, _MAX_PASSES = 1e-5, 50
 
 
 class Hypotheses(NamedTuple):
-    """Hypotheses about the kinds of an object with m colours.
+    """Hypotheses about the kinds of one object with m colours, for all observers.
 
-    The hypotheses of an observer are consecutive; they are all combinations of kinds over the object's colours.
+    Each observer has one hypothesis for each combination of kinds. The hypotheses of one observer are consecutive.
     """
 
     observers: NDArray[np.intp]  # number of the observer of each hypothesis, (N,)
-    kinds: NDArray[np.intp]  # index of each colour's kind, (N, m); indices from K on, one per colour, are new kinds
+    kinds: NDArray[np.intp]  # index of each colour's kind, (N, m); index K + i is a new kind of colour i
     probability: Array  # probability before the lift, (N,)
     densities: Normals  # densities of the object under the hypothesis, (N, m)
-    founded: Mask  # True where the kind is new but not the first of its colour, (N, m)
+    founded: Mask  # True where the kind is new and its colour already has kinds, (N, m)
 
 
 class Verdicts(NamedTuple):
     """Hypotheses with their posterior probabilities after a lift."""
 
-    hypotheses: Hypotheses  # hypotheses, with the breadth of new kinds evaluated after the lift
+    hypotheses: Hypotheses  # hypotheses, with the scatter of further kinds evaluated after the lift
     probability: Array  # probability after the lift, (N,)
-    log_evidence: Array  # log probability density of what was felt under the hypothesis, (N,)
-    likelihood: Likelihood  # likelihood of the object's densities, with errors evaluated under the hypothesis
+    log_evidence: Array  # log probability density of the measured torques under the hypothesis, (N,)
+    likelihood: Likelihood  # likelihood of the object's densities, expanded at the posterior mode
     posterior: Normals  # belief about the object's densities after the lift, (N, m)
 
 
 def compute_kind_probabilities(counts: Array, concentration: Array, switching: Array, num_lifts: Array) -> Array:
-    """Computes prior probabilities of K kinds and of a new kind of a colour, (B, K + 1).
+    """Computes the prior probabilities of one colour's kinds.
 
     Args:
         counts: Number of other objects of each kind, (B, K).
         concentration: Concentration alpha, (B,).
-        switching: Lifts of evidence c that a change of kind needs, (B,).
-        num_lifts: Number of consecutive last lifts in which the object was of each kind, (B, K); zero for all kinds
-            but the present one.
+        switching: Weight c of the other objects against the object's own lifts, (B,).
+        num_lifts: Number n of consecutive lifts in which the object belonged to its present kind; zero for all other
+            kinds, (B, K).
+
+    Returns:
+        Probabilities of K kinds and, last, of a new kind, (B, K + 1).
     """
     guests = np.column_stack([counts, concentration])
     shares = guests / guests.sum(axis=1)[:, None]
@@ -92,14 +95,13 @@ def compute_kind_probabilities(counts: Array, concentration: Array, switching: A
 
 
 def predict_new(state: State, colours: tuple[int, ...]) -> tuple[list[KindPrior], Mask]:
-    """Predicts the density of a new kind of each colour.
+    """Computes the prior of a new kind for each colour.
 
-    The first kind of a colour has the prior. The scale of a further kind is the root mean square of the mean density
-    of the most populous kind, which equals the mean if that is well known. The mean alone is not enough: a kind that
-    was hardly felt may have a mean close to zero by error.
+    The first kind of a colour has the prior of all materials. The scale of a further kind is the root mean square
+    density of the most populous kind. The mean is not suitable: after few measurements it may be close to zero.
 
     Returns:
-        Prior of each colour's new kind, and True where it is a further kind, (B, colours).
+        Prior of each colour's new kind, and True where the colour already has kinds with objects, (B, colours).
     """
     believed, populous = believe_kinds(state), find_most_populous(state, colours)
     is_further = (mark_kinds(state, colours) & (count_things(state) > 0)[:, None, :]).any(axis=2)
@@ -116,16 +118,19 @@ def predict_new(state: State, colours: tuple[int, ...]) -> tuple[list[KindPrior]
 def predict_densities(
     state: State, seen: Seen, observers: NDArray[np.intp], kinds: NDArray[np.intp], scatter_sd: Array
 ) -> Normals:
-    """Predicts the m densities of an object, given its kinds.
+    """Predicts the densities of an object from its kinds, as S rho + delta.
 
-    The prediction is S rho + delta. An odd object keeps its own densities, which have drifted since its last lift.
+    If the object keeps its kind and has a belief about its own densities, that belief is used, with drift added.
 
     Args:
         state: State of the observers.
-        seen: Object.
-        observers: Number of the observer of each of N hypotheses, (N,).
+        seen: Object with m colours.
+        observers: Observer number for each of N hypotheses, (N,).
         kinds: Kind of each colour, (N, m).
         scatter_sd: SD of delta, (N, m), [kg/m^3].
+
+    Returns:
+        Normal distributions of the densities, (N, m), [kg/m^3].
     """
     believed, m = believe_kinds(state), len(seen.colours)
     rows = observers[:, None]
@@ -141,10 +146,9 @@ def predict_densities(
 
 
 def list_hypotheses(state: State, seen: Seen) -> Hypotheses:
-    """Lists the hypotheses about an object: all combinations of a known or new kind for each of its colours.
+    """Lists all combinations of known and new kinds over the colours of an object.
 
-    A colour with K_i kinds has K_i + 1 candidates. The state must have room for the object and, in its last places, a
-    new kind for each of the object's colours.
+    The arrays of the state must have room for the object and, in their last places, for one new kind per colour.
     """
     rows, m = np.arange(len(seen.things)), len(seen.colours)
     first_new = state["is_kind"].shape[1] - m
@@ -179,10 +183,7 @@ def list_hypotheses(state: State, seen: Seen) -> Hypotheses:
 def weigh(state: State, seen: Seen, felt: Felt) -> Verdicts:
     """Computes the posterior probabilities of all hypotheses about an object.
 
-    The evidence uses unrestricted normal distributions, as does a trial's p-value.
-
-    Each hypothesis about m colours costs one search for the likelihood and O(m^3); each hypothesis with a further
-    kind costs some more searches.
+    The evidence is computed without the restriction to positive densities.
     """
     new, _ = predict_new(state, seen.colours)
     everywhere = np.ones((len(seen.things), len(seen.colours)), dtype=bool)
@@ -197,15 +198,14 @@ def weigh(state: State, seen: Seen, felt: Felt) -> Verdicts:
 
 
 def settle_breadth(hypotheses: Hypotheses, felt: Felt, kappa: Array) -> tuple[Hypotheses, Likelihood, Normals]:
-    """Iterates the SD of new kinds until it fits their posterior densities.
+    """Iterates the scatter SD of further kinds until it equals kappa times their posterior density.
 
-    Each pass uses the density of the previous pass; the first uses the density before the lift. If the object is
-    denser than the reference, the passes rise towards the measured density without exceeding it. If it is less dense
-    they converge within a few passes, as the breadth is a small part of the spread. Without a further kind one pass
-    suffices.
+    Each pass uses the density from the previous pass; the first pass uses the density before the lift. One pass is
+    enough for hypotheses without further kinds. For an object denser than the reference, the density rises towards
+    the measured density without exceeding it. For a less dense object, a few passes are enough.
 
     Returns:
-        Hypotheses with these breadths, likelihoods, and beliefs about the object's densities after the lift.
+        Hypotheses with the final scatter, likelihoods, and beliefs about the object's densities after the lift.
     """
     observers, founded, mean = hypotheses.observers, hypotheses.founded, hypotheses.densities.mean
     covariance, rho = hypotheses.densities.covariance.copy(), mean.copy()
@@ -230,9 +230,9 @@ def settle_breadth(hypotheses: Hypotheses, felt: Felt, kappa: Array) -> tuple[Hy
 
 
 def adopt(state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp], felt: Felt) -> Lesson:
-    """Learns from the lift under the hypothesis that was chosen for each observer.
+    """Updates the state with a lift, given the chosen hypothesis for each observer.
 
-    If the object changes its kinds, its earlier holds stay with the earlier kinds.
+    If the object changes its kinds, its earlier holds remain evidence for the earlier kinds.
     """
     hypotheses, rows, m = verdicts.hypotheses, np.arange(len(chosen)), len(seen.colours)
     kinds = hypotheses.kinds[chosen]
@@ -255,19 +255,18 @@ def adopt(state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp]
         state[name][*thing, :m] = value
     state, specimens = find_specimens(state, seen.things)
     state = add_hold(state, Seen(seen.colours, specimens), felt)
-    # The deviation of a single observer, an arm, may have been changed since its last lift.
+    # For a single observer, which may be an arm, the parameter ``deviation`` may have changed since the last lift.
     state, own = tidy(state, seen.things, is_inferred=len(rows) > 1)
     return Lesson(state, own.select(range(m)), verdicts.likelihood.take(chosen))
 
 
 def _start_broadly(state: State, verdicts: Verdicts, chosen: NDArray[np.intp]) -> list[KindPrior]:
-    """Returns the prior of a new kind of each colour.
+    """Returns the prior of an adopted new kind of each colour.
 
-    Its SD is s times the larger of the reference and the felt density.
-
-    With an SD of s times the reference alone, an object many times as dense would be underestimated in lift after
-    lift. The SD of a colour's first kind is at least the prior's; with the prior's SD alone, dense materials would be
-    underestimated, but light materials would not.
+    The SD is s times the larger of the reference and the posterior density. With s times the reference alone, an
+    object many times denser would be underestimated over many lifts. For the first kind of a colour, the SD is at
+    least the prior's. With the prior's SD alone, dense materials would be underestimated, but light materials would
+    not.
     """
     hypotheses = verdicts.hypotheses
     mean, after = hypotheses.densities.mean[chosen], verdicts.posterior.mean[chosen]

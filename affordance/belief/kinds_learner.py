@@ -1,9 +1,9 @@
-"""Learner that distinguishes odd members of a material from objects of another kind.
+"""Learner that groups the objects of a colour into kinds with different mean densities.
 
-Before a lift, a new object is expected to be of the most populous kind of its colour. A known object is expected to
-be of its kind or, if it is odd, to have its own density. After a lift, the gate (``kinds_gate``) computes the
-probability of each hypothesis about the object's kinds. The learner adopts the most probable hypothesis or draws one
-at random, and updates the adopted kinds by Bayes' rule.
+Before a lift, a new object is assumed to belong to the most populous kind of its colour. A known object is assumed to
+keep its kind. An odd object, which belongs to a less populous kind, is predicted from the belief about its own
+density. After a lift, ``kinds_gate`` computes the probability of each hypothesis about the object's kinds. The
+learner adopts the most probable hypothesis, or draws one at random, and updates the adopted kinds by Bayes' rule.
 """
 
 import enum
@@ -41,30 +41,30 @@ _POSITIVE = Within(1e-9, 1e9)
 class Pick(enum.Enum):
     """Rule for adopting a hypothesis about an object's kinds."""
 
-    MAP = "map"  # the most probable one, for a working arm
-    DRAWN = "drawn"  # a random one, drawn with its posterior probability, to simulate people
+    MAP = "map"  # adopts the most probable hypothesis; for robot arms
+    DRAWN = "drawn"  # draws a hypothesis with its posterior probability; for simulated participants
 
 
-# Breadth of a category divided by its mean density, fitted once to two groups of people for each way to pick, on
+# Scatter of densities within a kind, as a fraction of the mean. Fitted for each rule to two groups of participants on
 # 2026-11-29: 0.204 (95 % interval 0.170 to 0.242) and 0.215 (0.162 to 0.256); docs/decisions/0026-kinds.md.
 KAPPA = {Pick.MAP: 0.20, Pick.DRAWN: 0.22}
 _LABELS = {Pick.MAP: "kinds, most probable", Pick.DRAWN: "kinds, drawn"}
 
 
 class Kinds(Learner):
-    """Learner with one or more kinds for each colour; ``kinds`` describes its state."""
+    """Learner with one or more kinds for each colour. The module ``kinds`` describes its state."""
 
     @dataclass(frozen=True)
     class Parameters:
-        """Parameters of the gate.
+        """Parameters of the choice between hypotheses about an object's kinds.
 
         Attributes:
-            kappa: Breadth of a category divided by its mean density.
-            concentration: Concentration alpha of new kinds, in objects.
-            switching: How many lifts of evidence an object needs before it changes its kind (c).
-            own_drift: Standard deviation of the change in an object's own density between two of its lifts, divided
-                by the density; only for odd objects, which have a density of their own.
-            spread: SD of a new kind's density divided by the root mean square density of the most populous kind (s).
+            kappa: SD of densities within a kind divided by the kind's mean density.
+            concentration: Prior weight of a new kind, as a number of objects (alpha).
+            switching: Prior weight of a change of kind, as a number of lifts (c).
+            own_drift: SD of the change in an odd object's density between two lifts, as a fraction of the density.
+            spread: SD of a new kind's mean density divided by the root mean square density of the most populous kind
+                (s).
         """
 
         kappa: Annotated[
@@ -82,15 +82,22 @@ class Kinds(Learner):
             float,
             Within(0.0, 10.0),
             Setting(
-                "1", "none; .07, as for a felt weight, was proposed after groups that are now held out had been seen"
+                "1", "no drift; 0.07, as for felt weight, was proposed only after the held-out groups had been seen"
             ),
         ] = 0.0
         spread: Annotated[
-            float, _POSITIVE, Setting("1", "not fitted; kappa was fitted with it (docs/decisions/0026-kinds.md)")
+            float,
+            _POSITIVE,
+            Setting("1", "not fitted; kappa was fitted given this value (docs/decisions/0026-kinds.md)"),
         ] = 2.0
 
     def __init__(self, pick: Pick | str = Pick.MAP, **parameters: Any) -> None:
-        """Sets the rule for hypotheses, and parameters by name. The default of kappa was fitted for this rule."""
+        """Sets the rule and the parameters.
+
+        Args:
+            pick: Rule for adopting a hypothesis; it determines the default of kappa.
+            **parameters: Values of parameters, by name.
+        """
         self.pick = check_member("pick", pick, Pick)
         super().__init__(**{"kappa": KAPPA[self.pick], **parameters})
 
@@ -143,16 +150,13 @@ class Kinds(Learner):
 
     @override
     def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
-        """Infers the kinds of the object, and updates them with the lift.
-
-        The time is spent on weighing all hypotheses (``kinds_gate``), and on the posterior given all different holds.
-        """
+        """Infers the kinds of the object, and updates the belief about these kinds."""
         state = make_room_for_thing(state, seen)
         verdicts = weigh(state, seen, felt)
         return adopt(state, seen, verdicts, self.pick_verdicts(verdicts, len(seen.things), rng), felt)
 
     def pick_verdicts(self, verdicts: Verdicts, size: int, rng: Draws) -> NDArray[np.intp]:
-        """Picks a verdict for each of B observers. Returns its index, (B,)."""
+        """Picks a hypothesis for each of B observers. Returns its index, (B,)."""
         observers = verdicts.hypotheses.observers
         first = np.searchsorted(observers, np.arange(size))
         places = np.arange(len(observers)) - first[observers]
@@ -160,7 +164,7 @@ class Kinds(Learner):
         probability[observers, places] = verdicts.probability
         if self.pick is Pick.MAP:
             return first + probability.argmax(axis=1)
-        # Same arithmetic as numpy.random.Generator.choice.
+        # This reproduces numpy.random.Generator.choice exactly.
         cumulative = probability.cumsum(axis=1)
         cumulative /= cumulative[:, -1:]
         below: NDArray[np.intp] = (cumulative <= rng.random((size,))[:, None]).sum(axis=1)
@@ -168,7 +172,10 @@ class Kinds(Learner):
 
     @override
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
-        """Adds a colour with one kind, unless a known colour is the most probable. The kind has the prior."""
+        """Adds a colour with one kind, unless a known colour is the most probable.
+
+        The new kind has the prior of all materials.
+        """
         best, M = int(probabilities.argmax()), len(probabilities) - 1
         if best < M:
             return state, best
@@ -192,7 +199,7 @@ class Kinds(Learner):
 
     @override
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
-        """Finds the kind of an object in each of its colours, (B, m). A new object has the most populous kind."""
+        """Finds the object's kind for each of its colours, (B, m): the most populous kind if the object is new."""
         state = make_room_for_thing(state, seen)
         thing = np.arange(len(seen.things)), seen.things
         is_known = (state["num_lifts"][thing] > 0)[:, : len(seen.colours)]
@@ -200,5 +207,5 @@ class Kinds(Learner):
         return np.where(is_known, own, find_most_populous(state, seen.colours))
 
     def _find_common(self, state: State) -> NDArray[np.intp]:
-        """Finds the most populous kind of every colour, (B, M). Every colour has a kind."""
+        """Finds the most populous kind of each of M colours, (B, M)."""
         return find_most_populous(state, range(int(state["kind_colour"].max(initial=-1)) + 1))

@@ -1,8 +1,8 @@
-"""Interface of learners, which estimate densities for many observers at once.
+"""Interface of learners, which estimate material densities for many observers at once.
 
-A learner object holds parameters only. Memory is in a ``State``: named arrays with one row for each of B observers
-(or particles; an arm is a single observer). A state can thus be stored and restored unchanged. Where lengths differ
-between observers, arrays are padded with zeros.
+A learner object contains only parameters. The memory is a ``State``: named arrays with one row for each of B
+observers or particles, so it can be stored and restored without loss. Rows are padded with zeros to the same length.
+A robot arm is a single observer.
 """
 
 from abc import ABC, abstractmethod
@@ -25,45 +25,45 @@ from affordance.files.constraints import check_fields
 
 
 class Draws(Protocol):
-    """Random numbers with the interface of ``numpy.random.Generator``. Row b belongs to observer b."""
+    """Source of random numbers like ``numpy.random.Generator``. Row b of each array is for observer b."""
 
     def random(self, size: tuple[int, ...], /) -> Array:
-        """Draws uniform numbers in [0, 1); the first dimension is for observers."""
+        """Draws uniform numbers in [0, 1), with one row per observer."""
 
     def standard_normal(self, size: tuple[int, ...], /) -> Array:
-        """Draws standard normal numbers; the first dimension is for observers."""
+        """Draws standard normal numbers, with one row per observer."""
 
 
 class Lesson(NamedTuple):
-    """New state after a lift, and the belief about the object's own densities."""
+    """State after a lift, and belief about the densities of the lifted object."""
 
     state: State
-    densities: Normals  # posterior of the object's own densities, (B, m)
-    likelihood: Likelihood  # likelihood of these densities, for B observers
+    densities: Normals  # posterior of the object's densities, (B, m)
+    likelihood: Likelihood  # likelihood of these densities, one for each of B observers
 
 
 class Groups(NamedTuple):
     """Groups of objects that share a mean density, up to K per observer.
 
-    A learner with one density for each colour has one group for each colour.
+    If a learner has one density per colour, each colour is one group.
     """
 
     means: Normals  # mean density of each group, (B, K)
     colours: NDArray[np.intp]  # index of the colour of each group, (B, K)
-    common: NDArray[np.intp]  # index of the group that a new object of each of M colours joins, (B, M)
-    # For learners that decide themselves whether an object is odd: number of objects, and mean and SD before the
-    # first lift of each group, (B, K) each. None for other learners.
+    common: NDArray[np.intp]  # index of each colour's most populous group, expected for new objects, (B, M)
+    # For learners with several groups per colour: number of objects in each group, and prior mean and SD of its
+    # density, (B, K) each. None for other learners.
     counts: NDArray[np.intp] | None = None
     prior_mean: Array | None = None
     prior_sd: Array | None = None
 
 
 class Learner(ABC):
-    """Rule by which observers learn densities from lifts. This is the base class of all learners.
+    """Base class of all learners, which update beliefs about material densities after lifts.
 
     A subclass declares its parameters as fields of a nested frozen dataclass ``Parameters``, such as
-    ``rate: Annotated[float, Within(0.0, 1.0), Setting("1", "source")] = 0.1``. The value of a parameter is one number
-    for all observers, or a sequence with one number for each observer.
+    ``rate: Annotated[float, Within(0.0, 1.0), Setting("1", "source")] = 0.1``. A parameter's value is one number for
+    all observers, or a sequence with one number for each observer.
 
     Example:
         >>> from affordance import start_memory
@@ -74,17 +74,18 @@ class Learner(ABC):
 
     @dataclass(frozen=True)
     class Parameters:
-        """Empty parameters, for a learner without any."""
+        """Parameters of a learner without parameters."""
 
     def __init_subclass__(cls) -> None:
-        """Resolves annotations that are strings. Processes without the defining file can then read them."""
+        """Resolves string annotations, which other processes cannot resolve without the defining file."""
         super().__init_subclass__()
         cls.Parameters.__annotations__ = get_type_hints(cls.Parameters, include_extras=True)
 
     def __init__(self, **parameters: Any) -> None:
-        """Checks the parameters, which are given by name.
+        """Sets parameters by name.
 
-        An unknown name or an invalid value raises a BadArgumentError.
+        Raises:
+            BadArgumentError: A name is unknown, or a value is invalid.
         """
         self.parameters: Any = _check_parameters(self, parameters)
 
@@ -100,20 +101,24 @@ class Learner(ABC):
 
     @property
     def fitted(self) -> tuple[str, ...]:
-        """Names of the parameters that are fitted to people, by default all."""
+        """Names of the parameters that are fitted to participants, by default all."""
         return tuple(_list_values(self.parameters))
 
     @property
     def is_exact(self) -> bool:
-        """True if all objects of a colour are of one kind. The belief is then the posterior given all holds."""
+        """True if each colour has one density and the belief is the posterior given all holds."""
         return False
 
     def change(self, **parameters: Any) -> Self:
-        """Returns the learner with new values for some parameters. A wrong parameter raises a BadArgumentError."""
+        """Returns a copy of the learner with new values for some parameters.
+
+        Raises:
+            BadArgumentError: A name is unknown, or a value is invalid.
+        """
         return type(self)(**{**_list_values(self.parameters), **parameters})
 
     def of_observers(self, observers: Sequence[int]) -> Self:
-        """Returns the learner with the parameters of selected observers."""
+        """Returns a copy of the learner with the parameters of selected observers."""
         values = _list_values(self.parameters)
         own = {name: each for name, each in values.items() if isinstance(each, tuple)}
         for name, each in own.items():
@@ -123,7 +128,7 @@ class Learner(ABC):
         return self.change(**{name: tuple(each[i] for i in observers) for name, each in own.items()}) if own else self
 
     def __eq__(self, other: object) -> bool:
-        """Compares class and parameters."""
+        """Returns True if class and parameters are equal."""
         return type(self) is type(other) and vars(self) == vars(other)
 
     def __hash__(self) -> int:
@@ -134,25 +139,22 @@ class Learner(ABC):
         return f"{self.name}({values})"
 
     def to_plain(self) -> Any:
-        """Returns the learner as plain data for files.
-
-        The parameters are left out if all have their default values.
-        """
+        """Returns the learner as plain data for files: its name, with parameters unless all have default values."""
         return self.name if self == self.usual else {"name": self.name, **_list_values(self.parameters)}
 
     @property
     def usual(self) -> Self:
-        """Learner with the default values of its parameters."""
+        """Copy of the learner with the default values of its parameters."""
         return type(self)()
 
     @abstractmethod
     def start(self, rng: Draws, parameters: Any, prior: Prior, num_colours: int, size: int) -> State:
-        """Returns the state of B observers without experience.
+        """Returns the initial state of B observers without experience.
 
         Args:
-            rng: Random numbers, for learners whose observers differ from the start.
+            rng: Random numbers, for learners with random initial states.
             parameters: ``Parameters`` of this learner.
-            prior: Prior of materials that were never lifted; ``describe_start`` returns it as entries of a state.
+            prior: Prior of materials that were never lifted; ``describe_start`` converts it to entries of a state.
             num_colours: Number M of known colours.
             size: Number of observers B.
         """
@@ -163,60 +165,60 @@ class Learner(ABC):
 
     @abstractmethod
     def expect(self, state: State, seen: Seen) -> Normals:
-        """Returns the belief about the m densities of the seen object itself before a lift, (B, m)."""
+        """Returns the belief about the m densities of a seen object before its lift, (B, m)."""
 
     @abstractmethod
     def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
-        """Updates the state and the belief about the object's densities after a lift.
+        """Updates the state after a lift, and computes the belief about the object's densities.
 
         Args:
             state: State of the observers before the lift.
             seen: Lifted object.
-            felt: Evidence of the lift; its method ``find_likelihood`` computes the likelihood of the object's
-                densities.
-            rng: Random numbers; each discrete choice draws one uniform number per observer.
+            felt: Measurements of the lift; ``find_likelihood`` computes the likelihood of the object's densities.
+            rng: Random numbers. Each discrete choice draws one uniform number per observer.
         """
 
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
-        """Adds a seen colour to the state, unless it is a known colour.
+        """Adds a new colour to the state.
 
         Args:
             state: State of the observers.
-            probabilities: Probability that the colour is each of M known ones or, last, a new one, (M + 1,).
+            probabilities: Probabilities that the colour equals each of M known colours and, last, that it is new,
+                (M + 1,).
 
         Returns:
-            State with a new colour and its index M, or the unchanged state and the index of a known colour.
+            State with the new colour and its index M, or the unchanged state and the index of a known colour.
         """
         raise AffordanceError(f"{self.name} met a new colour after its start, which needs a method 'meet'")
 
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-        """Selects colours, in the given order, and objects from the state.
+        """Selects colours and objects from the state.
 
         Args:
             state: State of the observers.
-            colours: Indices of the selected colours.
-            things: Numbers of the selected objects, which have no other colours.
+            colours: Indices of the selected colours, which are renumbered in this order.
+            things: Numbers of the selected objects, which must have no other colours.
         """
         raise AffordanceError(f"{self.name} has to forget a colour, which needs a method 'select'")
 
     def group(self, state: State) -> Groups:
-        """Returns the groups of objects that the learner distinguishes, by default one per colour."""
+        """Returns the groups of objects with a common mean density, by default one per colour."""
         means = self.believe(state)
         colours = np.broadcast_to(np.arange(means.mean.shape[1]), means.mean.shape)
         return Groups(means, colours, colours)
 
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
-        """Finds the group of each of the object's m colours, (B, m)."""
+        """Returns the object's group for each of its m colours, (B, m)."""
         return np.broadcast_to(np.array(seen.colours, dtype=np.intp), (len(seen.things), len(seen.colours)))
 
 
 def describe_start(parameters: Any, prior: Prior, size: int) -> State:
-    """Returns prior and parameters as entries of a state, (B,) each."""
+    """Converts the prior and a learner's parameters to entries of a state, (B,) each."""
     return {**describe_prior(prior, size), **{name: np.full(size, v) for name, v in _list_values(parameters).items()}}
 
 
 def describe_prior(prior: Prior, size: int) -> State:
-    """Returns the prior as entries of a state, (B,) each."""
+    """Converts the prior to entries of a state, (B,) each."""
     values = {"prior_mode": prior.mode, "prior_sd": prior.sd, "deviation": prior.deviation}
     return {name: np.full(size, value) for name, value in values.items()}
 

@@ -1,4 +1,4 @@
-"""Loads a user's learner, named as ``FILE.py:CLASS``."""
+"""Loads learners from users' Python files."""
 
 import inspect
 from collections.abc import Sequence
@@ -12,14 +12,15 @@ _OPTION = "--learner"
 
 
 def load_learner(word: str, known: Sequence[str] = ()) -> Learner:
-    """Loads a learner from a class in a Python file, which is run.
+    """Runs a Python file, and returns a learner of one of its classes.
 
     Args:
-        word: File and class.
-        known: Names of built-in learners, which the user's own must not have.
+        word: File and class, as ``FILE.py:CLASS``.
+        known: Names of built-in learners, which are not allowed for the user's learner.
 
     Raises:
-        BadValueError: There is no such file or class, the file fails to run, or the class is not a learner.
+        BadValueError: The file or class does not exist, the file fails to run, the class is not a complete learner,
+            or its name is not allowed.
     """
     file, _, name = word.rpartition(":")
     if not file.endswith(".py"):

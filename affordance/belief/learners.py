@@ -1,4 +1,4 @@
-"""Built-in learners, by their names in files and on the command line."""
+"""Built-in learners, with their names in files and on the command line."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,13 +10,21 @@ from affordance.exceptions import BadArgumentError, describe_choice, show_value
 
 DENSITY, KINDS_MAP, KINDS_DRAWN = OneDensity(), Kinds(Pick.MAP), Kinds(Pick.DRAWN)
 LEARNERS: Mapping[str, Learner] = {each.name: each for each in (DENSITY, KINDS_MAP, KINDS_DRAWN)}
-# The default for a working arm: an odd object does not spoil the belief about its material, and without odd objects
-# it behaves as a learner with one density for each colour (docs/decisions/0026-kinds.md).
+# Default learner of a robot arm. An object with an unusual density does not distort the belief about its material.
+# Without such objects, this learner is equivalent to one density per colour (docs/decisions/0026-kinds.md).
 ARM_LEARNER = KINDS_MAP
 
 
 def check_learner(name: str, value: Any) -> Learner:
-    """Returns a learner, given as such or by its name. Any other value raises a BadArgumentError."""
+    """Returns the learner that an argument specifies.
+
+    Args:
+        name: Name of the argument in error messages.
+        value: Learner, class of a learner, or name of a built-in learner.
+
+    Raises:
+        BadArgumentError: The value has another type, or there is no learner of this name.
+    """
     if isinstance(value, Learner):
         return value
     if isinstance(value, type) and issubclass(value, Learner):
@@ -29,5 +37,5 @@ def check_learner(name: str, value: Any) -> Learner:
 
 
 def list_learners(chosen: Learner) -> list[Learner]:
-    """Lists the built-in learners, and a chosen learner with its own parameters."""
+    """Lists the built-in learners and a chosen learner, which replaces the built-in learner of the same name."""
     return [*{**LEARNERS, chosen.name: chosen}.values()]

@@ -1,4 +1,4 @@
-"""Quadratic log likelihoods of densities, and of the ten inertial parameters of a body."""
+"""Quadratic log likelihoods of densities and of a body's ten inertial parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,22 +9,21 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 
-# Eigenvalues of a precision below this share of the largest one carry no information.
+# Eigenvalues of a precision below this fraction of the largest eigenvalue are treated as zero.
 SEEN = 1e-12
 
 
 class Likelihood(NamedTuple):
     """Quadratic log likelihood of M densities rho.
 
-    The log likelihood is log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant.
-
-    All arrays may have leading dimensions, for example one for observers.
+    The log likelihood is log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant. All arrays may have leading
+    dimensions, for example for observers.
     """
 
     precision: Array  # P, shape (..., M, M)
     information_vector: Array  # q, shape (..., M)
     log_constant: float | Array  # log probability density of the data if all densities are zero, shape (...,)
-    # Log probability density of error-free data, the largest possible value, for p-values, shape (...,).
+    # Log probability density of error-free data, shape (...,): the largest possible value, for p-values.
     log_peak: float | Array = np.nan
     num_values: int = 0  # number of measured values
 
@@ -43,15 +42,17 @@ class Likelihood(NamedTuple):
         return Likelihood(P, q, log_constant, log_peak, other.num_values)
 
     def select(self, columns: Sequence[int]) -> "Likelihood":
-        """Selects densities, for data that do not depend on the others."""
+        """Selects densities. The data must not depend on the other densities."""
         chosen = list(columns)
         P, q = self.precision[(..., *np.ix_(chosen, chosen))], self.information_vector[..., chosen]
         return self._replace(precision=P, information_vector=q)
 
     def embed(self, columns: "Sequence[int] | NDArray[np.intp]", size: int) -> "Likelihood":
-        """Extends the likelihood to ``size`` densities.
+        """Extends the likelihood to more densities, on which the data do not depend.
 
-        ``columns``, (..., M), are the indices of the present densities.
+        Args:
+            columns: New indices of the present densities, (..., M).
+            size: New number of densities.
         """
         S = (np.asarray(columns, dtype=np.intp)[..., None] == np.arange(size)).astype(float)
         St = np.swapaxes(S, -1, -2)
@@ -61,21 +62,21 @@ class Likelihood(NamedTuple):
 
 @dataclass(frozen=True)
 class Quadratic:
-    """Quadratic log likelihood of parameters, -pi^T H pi / 2 + b^T pi + constant."""
+    """Quadratic log likelihood of inertial parameters, -pi^T H pi / 2 + b^T pi + constant."""
 
     precision: Array  # H, shape (10, 10); may be singular
     information: Array  # b, shape (10,)
 
     def widen(self, covariance: Array) -> "Quadratic":
-        """Returns the quadratic with additional parameter errors of covariance (10, 10)."""
+        """Adds independent parameter errors with a covariance of shape (10, 10)."""
         A = np.linalg.inv(np.eye(len(self.information)) + self.precision @ covariance)
         precision = A @ self.precision
         return Quadratic(0.5 * (precision + precision.T), A @ self.information)
 
     def restrict(self, Phi: Array) -> Likelihood:
-        """Restricts the quadratic to bodies pi = Phi rho with densities rho, Phi of shape (10, M).
+        """Converts the quadratic to densities rho of a body pi = Phi rho, with Phi of shape (10, M).
 
-        The constant is chosen so that the log likelihood is zero at the best-fitting parameters.
+        The constant makes the log likelihood zero at the best-fitting inertial parameters.
         """
         H, b = self.precision, self.information
         values, vectors = np.linalg.eigh(H)
@@ -84,27 +85,30 @@ class Quadratic:
         return Likelihood(Phi.T @ H @ Phi, Phi.T @ b, -0.5 * distance, 0.0, int(seen.sum()))
 
     def change_frame(self, to_here: Array) -> "Quadratic":
-        """Returns the quadratic in another frame.
+        """Converts the quadratic to parameters in another frame.
 
-        The map ``to_here``, (10, 10), converts parameters of that frame to this one.
+        Args:
+            to_here: Matrix that converts parameters in the other frame to parameters in the present frame, (10, 10).
         """
         precision = to_here.T @ self.precision @ to_here
         return Quadratic(0.5 * (precision + precision.T), to_here.T @ self.information)
 
     def find_load(self, pi: Array, covariance: Array) -> Array:
-        """Computes the most probable load, (10,), given a body and its covariance.
+        """Computes the most probable inertial parameters of a load, (10,), from a normal prior.
 
-        The body's parameters are (10,), the covariance of its error (10, 10).
+        Args:
+            pi: Prior mean, (10,).
+            covariance: Prior covariance, (10, 10).
         """
         missing = self.information - self.precision @ pi
         load: Array = pi + covariance @ np.linalg.solve(np.eye(len(pi)) + self.precision @ covariance, missing)
         return load
 
     def evaluate(self, pi: Array) -> Array:
-        """Computes the log likelihood at N points, (N, 10), without its constant; shape (N,)."""
+        """Computes the log likelihood without its constant, (N,), at N points, (N, 10)."""
         value: Array = pi @ self.information - 0.5 * np.einsum("ni,ij,nj->n", pi, self.precision, pi, optimize=True)
         return value
 
     def about(self, origin: Array) -> "Quadratic":
-        """Returns the quadratic as a function of pi - origin, with an origin of shape (10,)."""
+        """Converts the quadratic to a function of pi - origin, with an origin of shape (10,)."""
         return Quadratic(self.precision, self.information - self.precision @ origin)

@@ -1,8 +1,8 @@
-"""Memory of one observer, such as an arm: known colours, lifted objects, and a learner's state.
+"""Memory of one observer, such as a robot arm: known colours, lifted objects, and a learner's state.
 
-A material is identified by its colour, not by its name: a brass-coloured object recalls the density of earlier
-brass-coloured objects. A colour that was never seen before has the broad prior. A memory is immutable: learning
-returns a new one. It contains its learner, so code that uses a memory need not know which learner it is.
+Materials are identified by colour, not by name. For example, the belief about a brass-coloured object follows from
+earlier brass-coloured objects. A new colour has the broad prior. Memories are immutable, and contain their learner:
+learning returns a new memory.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -35,22 +35,22 @@ from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.materials import DENSITIES, Material, MaterialLike, find_colour
 from affordance.runs.random_streams import ObserverDraws
 
-# Number of trials that are added to a state at once.
+# Largest number of trials that ``remember`` adds to a state at once.
 _BATCH = 10_000
 _CERTAIN_SD = 1e-3  # standard deviation of a known density, [kg/m^3]
 
 
 class Recollection(NamedTuple):
-    """Belief about a seen object before its lift. The memory includes all of the object's colours."""
+    """Belief about a seen object before its lift."""
 
-    memory: "MaterialMemory"
-    densities: DensityBelief  # belief about its m densities, one for each colour
-    colours: tuple[int, ...]  # index of each of its colours in the memory
-    columns: tuple[int, ...]  # index of each part's density among those of the object
+    memory: "MaterialMemory"  # memory, to which new colours of the object were added
+    densities: DensityBelief  # belief about the object's m densities, one per colour
+    colours: tuple[int, ...]  # index of each of the m colours in the memory
+    columns: tuple[int, ...]  # index of each part's density among the object's densities
 
 
 class Lesson(NamedTuple):
-    """New memory after a trial, and the belief about the object's own densities."""
+    """Memory after a trial, with belief about and likelihood of the object's densities."""
 
     memory: "MaterialMemory"
     densities: DensityBelief
@@ -64,11 +64,11 @@ class MaterialMemory:
     Attributes:
         learner: Learner of the observer.
         seed: Seed of the learner's random draws, if it makes any.
-        colours: Known colours, in the order in which they were met.
-        state: State of the learner; empty until a colour is met.
-        things: Objects that were lifted, in the order of their numbers in the state; objects that look alike are one.
-        num_lifts: Number of lifts that the memory has learned from.
-        at_hand: Object that was recalled last; None once its lift was learned from.
+        colours: Known colours, in the order of their first appearance.
+        state: State of the learner; empty if no colour is known.
+        things: Lifted objects, in the order of their numbers in the state. Objects of equal appearance count as one.
+        num_lifts: Number of lifts that the memory contains.
+        at_hand: Object that was recalled last; None after its lift.
 
     Example:
         >>> from affordance import MaterialMemory
@@ -112,7 +112,7 @@ class MaterialMemory:
         """Builds the memory of an observer that knows material densities exactly.
 
         Args:
-            densities: Density of each material, [kg/m^3]; a key is the name of a material, a Material, or a colour.
+            densities: Density of each material, [kg/m^3]. A key is the name of a material, a Material, or a colour.
             materials: Materials by name; None uses the package's materials.
 
         Raises:
@@ -138,7 +138,7 @@ class MaterialMemory:
             belief: Belief about the mean densities.
 
         Raises:
-            BadArgumentError: The belief has another number of densities than there are colours.
+            BadArgumentError: The numbers of densities and colours differ.
         """
         check_kind("belief", belief, DensityBelief)
         if belief.size != len(colours):
@@ -158,10 +158,10 @@ class MaterialMemory:
 
         Args:
             material: Name of a material, a Material, or a colour.
-            materials: Materials by name; None for those of the package.
+            materials: Materials by name; None uses the package's materials.
 
         Raises:
-            BadArgumentError: The material does not exist, or no object of its colour was met.
+            BadArgumentError: The material does not exist, or its colour is unknown to the memory.
         """
         colour = find_colour(material, materials)
         index = find_colour_index(self.colours, colour)
@@ -173,7 +173,7 @@ class MaterialMemory:
         return summarise_density(self.belief, index)
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
-        """Adds new colours to the memory, each with the prior of its density."""
+        """Adds colours that are not known yet, with the prior of their densities."""
         new: list[Colour] = []
         for colour in colours:
             if find_colour_index([*self.colours, *new], colour) is None:
@@ -191,11 +191,16 @@ class MaterialMemory:
     ) -> "tuple[MaterialMemory, int]":
         """Recognises a measured colour, and adds it to the memory if it is new.
 
-        Returns the memory, and the index of the known colour that represents the measured one.
+        The learner decides how to treat a colour that may belong to several materials.
 
-        The measurement error has the standard deviation colour_sd in each direction of CIELAB (0 if exact), plus
-        lightness_sd along the brightness, in units of L*. The prior applies to unknown materials. The learner decides
-        how to treat a colour that may belong to several materials.
+        Args:
+            colour: Measured colour.
+            colour_sd: Standard deviation of the measurement error in each direction of CIELAB; 0 if exact.
+            prior: Prior of unknown materials.
+            lightness_sd: Standard deviation of an additional error due to illumination, in units of L*.
+
+        Returns:
+            Memory, and index of the colour in the memory.
         """
         if colour_sd == 0.0:
             memory = self.add_colours([colour], prior)
@@ -208,7 +213,7 @@ class MaterialMemory:
         return self._meet(colour, probabilities, prior)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
-        """Selects known colours, in this order, and the objects without other colours."""
+        """Selects known colours, in this order, and the objects that have no other colours."""
         if tuple(colours) == self.colours:
             return self
         kept = [self.colours.index(colour) for colour in colours]
@@ -223,14 +228,15 @@ class MaterialMemory:
         )
 
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> Recollection:
-        """Recalls the belief about an object before it is lifted.
+        """Predicts the densities of a seen object before its lift.
 
-        A new object has the belief about objects of its colours.
+        The prediction for a new object follows from other objects of its colours. For a known object, it depends on
+        the learner whether earlier lifts of this object are used. The learner of the paper predicts the same density
+        for all objects of a colour; it only uses the identity of objects when it updates its belief.
 
-        The learner decides whether to use the object's own lifts. The paper's learner expects the same of all objects
-        of a colour. When it learns, it still knows which lifts were of the same object.
-
-        The appearance is compared with all lifted objects. The prior applies to unknown materials.
+        Args:
+            appearance: Appearance of the object, by which known objects are recognised.
+            prior: Prior of unknown materials.
         """
         memory, columns = self._look_at(appearance, prior)
         assert memory.at_hand is not None
@@ -240,9 +246,10 @@ class MaterialMemory:
     def _look_at(
         self, appearance: Sequence[PartAppearance], prior: Prior
     ) -> "tuple[MaterialMemory, tuple[int, ...]]":
-        """Puts an object at hand.
+        """Recognises a seen object, and adds its new colours to the memory.
 
-        Returns the memory, and the index of each part's density among the object's densities.
+        Returns:
+            Memory with the object at hand, and index of each part's density among the object's densities.
         """
         memory, columns, parts = self, list[int](), list[PartAppearance]()
         if not memory.colours:
@@ -265,16 +272,14 @@ class MaterialMemory:
         lifts: Iterable[tuple[Sequence[PartAppearance], Callable[[Seen, Sequence[int]], Felt]]],
         prior: Prior,
     ) -> "MaterialMemory":
-        """Learns from many trials, and computes the belief only at the end.
+        """Adds many trials, and computes the belief once at the end.
 
-        The result equals learning from one trial after the other.
-
-        The learner must have one density for each colour.
+        The result is the same as after sequential learning. The learner must have one density per colour.
 
         Args:
-            lifts: Object's appearance in each trial, and a function that returns the evidence. Its arguments are the
-                thing, and the index of each part's density among the thing's densities.
-            prior: Prior of materials never met.
+            lifts: Appearance of the object in each trial, and a function that returns the measurements. Its arguments
+                are the object, and the index of each part's density among the object's densities.
+            prior: Prior of unknown materials.
         """
         memory, learner = self, self.learner
         assert isinstance(learner, OneDensity)
@@ -289,7 +294,7 @@ class MaterialMemory:
         for appearance, describe in lifts:
             looks = tuple(appearance)
             if (looks, len(memory.colours)) not in known:
-                # The belief about a new material follows from all that was felt before, if it may be a known one.
+                # If a new colour may be a known material, its prior depends on all earlier trials.
                 if any(find_material(part, memory.colours) is None for part in looks):
                     memory = settle()
                 memory, columns = memory._look_at(looks, prior)
@@ -307,10 +312,14 @@ class MaterialMemory:
         return replace(memory, state=learner.infer(memory.state)[0]) if memory.state else memory
 
     def learn(self, felt: Felt, deviation: float) -> Lesson:
-        """Learns from a trial with the object that was recalled last.
+        """Updates the memory after a lift of the object that was recalled last.
 
-        ``felt`` is the evidence of the trial, and ``deviation`` the SD of object densities about material means, as a
-        fraction of the means. Raises a ValueError if no object was recalled.
+        Args:
+            felt: Measurements of the lift.
+            deviation: SD of object densities within a material, as a fraction of the mean density.
+
+        Raises:
+            ValueError: No object was recalled since the last lift.
         """
         at_hand = self.at_hand
         if at_hand is None:
@@ -324,27 +333,25 @@ class MaterialMemory:
         return Lesson(memory, DensityBelief.from_normals(lesson.densities), lesson.likelihood.take(0))
 
     def set_prior(self, belief: DensityBelief) -> "MaterialMemory":
-        """Replaces the initial belief about the M colours; all holds count as before.
-
-        The learner must have one density for each colour.
-        """
+        """Replaces the prior of the M colours and updates the belief; needs a learner with one density per colour."""
         assert isinstance(self.learner, OneDensity)
         state = self.learner.set_prior(self.state, belief.precision[None], belief.information_vector[None])
         return replace(self, state=state)
 
     @property
     def prior(self) -> DensityBelief:
-        """Initial belief about the M colours, for a learner with one density per colour."""
+        """Prior of the M colours. The learner must have one density per colour."""
         return DensityBelief(self.state["precision"][0], self.state["information"][0])
 
     def group(self) -> Groups:
-        """Returns the groups of objects that the learner distinguishes; the memory must have a colour."""
+        """Returns the groups of objects with a common mean density. The memory must have a colour."""
         return self.learner.group(self.state)
 
     def find_kind(self, appearance: Sequence[PartAppearance]) -> int:
-        """Finds the number of an object's kind among kinds of its first part's colour. The oldest kind is 1.
+        """Returns the number of an object's kind among the kinds of its first part's colour.
 
-        The number is 0 for an object that was never lifted, and for a learner without kinds.
+        Kinds are numbered from 1, the oldest first. The number is 0 if the object was never lifted or the learner has
+        no kinds.
         """
         number = next((i for i, each in enumerate(self.things) if is_same_object(each.appearance, appearance)), None)
         if number is None or (groups := self.group()).counts is None:
@@ -362,7 +369,7 @@ class MaterialMemory:
         return replace(self, colours=colours, state={**state, **describe_prior(prior, 1)})
 
     def _meet(self, colour: Colour, probabilities: Array, prior: Prior) -> "tuple[MaterialMemory, int]":
-        """Passes a colour to the learner. The probabilities are those of each known colour and of a new one."""
+        """Recognises or adds a colour, given the probabilities of each known colour and, last, of a new colour."""
         state, index = self.learner.meet({**self.state, **describe_prior(prior, 1)}, probabilities)
         if index < len(self.colours):
             return self, index
@@ -374,7 +381,7 @@ def start_memory(learner: Learner | str = "density", seed: Seed = 0) -> Material
 
     Args:
         learner: Learner, or its name.
-        seed: Seed of the learner's random draws, if it makes any; different for each observer.
+        seed: Seed of the learner's random draws, if it makes any. Different observers need different seeds.
 
     Raises:
         BadArgumentError: The learner does not exist, or the seed is invalid.

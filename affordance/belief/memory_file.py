@@ -1,7 +1,7 @@
-"""Writes and reads memories of observers as JSON text, for exchange between processes.
+"""Converts memories of observers to and from JSON text, for exchange between processes.
 
-Python writes the shortest decimal that reads as the same number, so a memory is restored to the last bit. The text
-names its learner but contains no code: the reader must supply the learner.
+Numbers are written with enough digits to restore them exactly. The text contains the learner's name but not its code,
+so the reader must supply the learner.
 """
 
 import json
@@ -23,7 +23,7 @@ _TYPES = ("bool", "int64", "float64")
 
 
 def format_memory(memory: MaterialMemory) -> str:
-    """Formats a memory as JSON text, without an object that is only recalled."""
+    """Formats a memory as JSON text. A recalled object that was not lifted yet is not included."""
     content = {
         "learner": memory.learner.name,
         "seed": memory.seed,
@@ -39,10 +39,10 @@ def format_memory(memory: MaterialMemory) -> str:
 
 
 def parse_memory(text: str | bytes, learner: Learner) -> MaterialMemory:
-    """Restores a learner's memory from its JSON text.
+    """Restores a memory from JSON text.
 
     Raises:
-        BadValueError: The text is not a memory, or is the memory of another learner.
+        BadValueError: The text is not a memory, or the memory belongs to another learner.
     """
     try:
         content = json.loads(text)

@@ -1,7 +1,7 @@
-"""Unrestricted normal distributions of densities, as arrays with a leading dimension for observers.
+"""Unrestricted normal distributions of densities, in arrays for many observers.
 
-Densities are positive, so samples and summaries of a single distribution are computed by ``density_belief``, which
-restricts it.
+The module ``density_belief`` restricts a single distribution to positive densities, and computes samples and
+summaries.
 """
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy  # it imports its parts where they are used
+import scipy  # imports its submodules on first use
 from scipy.special import chdtrc, fdtrc  # scipy.stats takes a second to import
 
 from affordance.arrays import Array
@@ -23,7 +23,7 @@ class Normals:
 
     mean: Array  # (N, M)
     covariance: Array  # (N, M, M), positive definite
-    # Precision and information vector, if the distributions were built from them, so that no digit is lost.
+    # Precision and information vector if the distributions were built from them, to avoid rounding errors.
     information: tuple[Array, Array] | None = None
 
     @classmethod
@@ -49,11 +49,11 @@ class Normals:
         return len(self.mean)
 
     def take(self, rows: Any) -> "Normals":
-        """Returns the distributions of some rows."""
+        """Selects observers or hypotheses."""
         return Normals(self.mean[rows], self.covariance[rows])
 
     def select(self, columns: Sequence[int]) -> "Normals":
-        """Selects some densities, and marginalises the others."""
+        """Returns the marginal distributions of selected densities."""
         chosen = list(columns)
         return Normals(self.mean[:, chosen], self.covariance[:, *np.ix_(chosen, chosen)])
 
@@ -63,32 +63,41 @@ class Normals:
         return Normals(self.mean, covariance)
 
     def vary(self, deviation: Array) -> "Normals":
-        """Returns the distributions of object densities, mu (1 + delta).
+        """Converts distributions of mean densities mu to distributions of object densities mu (1 + delta).
 
-        The deviation is delta ~ N(0, deviation^2), (N,).
+        Args:
+            deviation: SD of the independent normal variables delta, (N,).
         """
         squares = self.mean**2 + np.diagonal(self.covariance, axis1=1, axis2=2)
         return self.widen(deviation[:, None] * np.sqrt(squares))
 
     def condition(self, likelihood: Likelihood) -> "Normals":
-        """Returns the posteriors by Bayes' rule."""
+        """Returns the posteriors given likelihoods (Bayes' rule)."""
         return Normals.from_information(
             self.precision + likelihood.precision, self.information_vector + likelihood.information_vector
         )
 
     def compute_log_evidence(self, likelihood: Likelihood, posterior: "Normals") -> Array:
-        """Computes the log evidence of data in closed form, (N,). ``posterior`` must be conditioned on the data."""
+        """Computes the log evidence of data in closed form, (N,).
+
+        Args:
+            likelihood: Likelihood of the data.
+            posterior: These distributions conditioned on the likelihood.
+        """
         gained = _multiply(posterior) - _multiply(self)
         log_volume = _compute_log_det(posterior.covariance) - _compute_log_det(self.covariance)
         log_evidence: Array = likelihood.log_constant + 0.5 * gained + 0.5 * log_volume
         return log_evidence
 
     def compute_p_value(self, likelihood: Likelihood, dof: float = np.inf) -> Array:
-        """Computes p-values, (N,): the probabilities of data with no more evidence.
+        """Computes p-values, (N,): predictive probabilities of data with at most this evidence.
 
-        The log evidence is a constant minus half of a chi-squared variable with one degree of freedom for each
-        measured value. If variances of the errors were estimated, with ``dof`` degrees of freedom, the chi-squared
-        variable is replaced by the number of values times an F variable.
+        The log evidence is a constant minus half of a chi-squared variable, with one degree of freedom per measured
+        value. If the error variances were estimated, an F test replaces the chi-squared test.
+
+        Args:
+            likelihood: Likelihood of the data.
+            dof: Degrees of freedom of the estimated error variances; infinite if the variances are known.
         """
         distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)
         distance = np.maximum(0.0, distance + _multiply(self) - _multiply(self.condition(likelihood)))
@@ -98,7 +107,7 @@ class Normals:
         return np.asarray(fdtrc(count, dof, distance / count))
 
     def compute_mode(self, floor: float) -> Array:
-        """Computes the mode of the densities under the bound ``floor``, (N, M)."""
+        """Computes the mode over densities of at least ``floor``, (N, M)."""
         modes = self.mean.copy()
         for row in np.flatnonzero((modes < floor).any(axis=1)):
             modes[row] = compute_mode(modes[row], self.precision[row], floor)
@@ -106,7 +115,7 @@ class Normals:
 
 
 def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
-    """Computes the mode under a lower bound ``floor`` for each coordinate, (M,)."""
+    """Computes the mode of a normal distribution over values of at least ``floor``, (M,)."""
     if (mean >= floor).all():
         return mean.copy()
     # (x - mean)^T precision (x - mean) = |L^T (x - mean)|^2: non-negative least squares in x - floor.
@@ -115,7 +124,7 @@ def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
 
 
 def invert(matrices: Array) -> Array:
-    """Inverts symmetric matrices, (..., M, M), and removes the asymmetry due to rounding."""
+    """Inverts symmetric matrices, (..., M, M), and makes the result exactly symmetric."""
     if matrices.shape[-1] == 1:  # much faster
         return 1.0 / matrices
     inverse = np.linalg.inv(matrices)

@@ -1,4 +1,4 @@
-"""Belief about the object at hand: its densities and geometry, and the memory of materials."""
+"""Belief about a held or seen object."""
 
 from dataclasses import dataclass
 
@@ -13,32 +13,23 @@ from affordance.objects.inertia import Geometry
 
 @dataclass(frozen=True)
 class ObjectBelief:
-    """Belief about the object at hand: its densities and geometry, and the memory of materials.
-
-    Densities are in the order of Phi's columns; ``colours`` are the indices of their colours in the memory.
-    """
+    """Belief about a held or seen object: its densities and geometry, and the memory of materials."""
 
     memory: MaterialMemory
-    densities: DensityBelief
+    densities: DensityBelief  # belief about M densities, in the order of Phi's columns
     geometry: Geometry
-    colours: tuple[int, ...] = ()
+    colours: tuple[int, ...] = ()  # index of each density's colour in the memory
 
     def list_colours(self) -> list[Colour]:
         """Lists the colour of each material of the object, in the order of its densities."""
         return [self.memory.colours[colour] for colour in self.colours]
 
     def compute_parameters(self, rho: Array) -> Array:
-        """Computes the inertial parameters pi = Phi rho, shape (10,).
-
-        For rho of shape (N, M) the result is (N, 10).
-        """
+        """Computes inertial parameters pi = Phi rho, (10,) or (N, 10), from densities, (M,) or (N, M)."""
         return rho @ self.geometry.Phi.T
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
-        """Draws parameters pi from the predictive distribution, (num_samples, 10).
-
-        Parameters include errors of geometry.
-        """
+        """Draws inertial parameters pi, (num_samples, 10), with uncertain densities and geometry."""
         rho = self.densities.draw_samples(rng, num_samples)
         errors = rng.standard_normal((num_samples, len(self.geometry.Phi_errors)))
         return self.geometry.compute_parameters(rho, errors)

@@ -1,7 +1,7 @@
 """Learner with one mean density per material, updated by Bayes' rule (paper).
 
-Torques depend on an object's own densities, which deviate from the means of its materials. An object has the same
-deviation in all its lifts. The state keeps every hold, and the posterior is computed from all of them (``exact``).
+The densities of an object deviate from the mean densities of its materials; the deviations are equal in all lifts of
+the object. The state stores all holds, from which ``exact`` computes the posterior.
 """
 
 from collections.abc import Sequence
@@ -20,11 +20,11 @@ from affordance.belief.rows import make_room, pad
 
 
 class OneDensity(Learner):
-    """Learner with one density for each colour.
+    """Learner with one density per colour.
 
-    The state contains the prior of the mean densities of M colours: precision, (B, M, M), and information vector, (B,
-    M). It also contains every hold (``holds``), the colours of T things, (B, T, C), with a mask of valid entries, and
-    the resulting belief about the mean densities, (B, M) and (B, M, M).
+    Its state contains all holds (``holds``) and the following arrays for M colours and T objects with at most C
+    colours: precision, (B, M, M), and information vector, (B, M), of the prior; mean, (B, M), and covariance,
+    (B, M, M), of the belief; the colours of each object, (B, T, C), with a mask of used places.
     """
 
     @property
@@ -54,7 +54,13 @@ class OneDensity(Learner):
         return self.set_prior({**state, **things}, precision, information)
 
     def set_prior(self, state: State, precision: Array, information: Array) -> State:
-        """Replaces the prior of the mean densities, (B, M, M) and (B, M), and updates the belief."""
+        """Replaces the prior of the mean densities, and updates the belief.
+
+        Args:
+            state: State of B observers.
+            precision: Precision of the prior, (B, M, M).
+            information: Information vector of the prior, (B, M).
+        """
         return self.infer({**state, "precision": precision, "information": information})[0]
 
     @override
@@ -67,7 +73,7 @@ class OneDensity(Learner):
 
     @override
     def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
-        """Computes the posterior given all holds. The cost grows with the number of different holds."""
+        """Adds a lift, and computes the posterior given all holds."""
         likelihood = felt.find_likelihood(self.expect(state, seen))
         state, posterior = self.infer(self.add(state, seen, felt), seen)
         assert posterior.own is not None
@@ -93,7 +99,8 @@ class OneDensity(Learner):
     def infer(self, state: State, seen: Seen | None = None) -> tuple[State, Posterior]:
         """Computes the belief from all holds.
 
-        Returns the state with this belief, and the posterior with the seen object's densities.
+        Returns:
+            State with this belief, and posterior, with the densities of the object ``seen`` if it is given.
         """
         prior = Normals.from_information(state["precision"], state["information"])
         of_things = state["thing_kind"], state["has_colour"], state["deviation"]
@@ -103,22 +110,22 @@ class OneDensity(Learner):
 
     @override
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
-        """Adds a material, unless the colour is almost certainly a known one.
+        """Adds a material, unless the colour is almost certainly a known colour.
 
-        A colour that may belong to several materials becomes a new material with the mean and covariances of their
-        mixture, so that later measurements of it update each of them in proportion to its probability. A normal
-        distribution approximates the mixture (docs/decisions/0015-vision-from-pixels.md).
+        The prior of the new material is a mixture over all materials to which the colour may belong, approximated by
+        a normal distribution with the mixture's mean and covariances. Later lifts of the new material therefore also
+        update these materials, in proportion to their probabilities (docs/decisions/0015-vision-from-pixels.md).
         """
         known, new = probabilities[:-1], probabilities[-1]
         best = int(probabilities.argmax())
         if probabilities[best] >= CERTAIN and best < len(known):
             return state, best
-        state = self.infer(state)[0] if known.any() else state  # holds may have been added since
+        state = self.infer(state)[0] if known.any() else state  # the belief may not include the latest holds
         believed, mode, sd = self.believe(state), state["prior_mode"], state["prior_sd"]
         variances = np.diagonal(believed.covariance, axis1=1, axis2=2)
         mean = believed.mean @ known + new * mode
         squares = (variances + (believed.mean - mean[:, None]) ** 2) @ known + new * (sd**2 + (mode - mean) ** 2)
-        # The density is the known densities weighted by their probabilities, plus an independent normal variable.
+        # The density is the average of known densities weighted by probability, plus an independent normal variable.
         rest = squares - np.matvec(believed.covariance, known) @ known
         M = len(known)
         precision, information = pad(state["precision"], (M + 1, M + 1)).copy(), pad(state["information"], (M + 1,))
@@ -131,7 +138,7 @@ class OneDensity(Learner):
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
         """Selects colours and objects.
 
-        Evidence about these colours from objects of other colours becomes part of the prior.
+        The prior of the selected colours absorbs the evidence from removed objects.
         """
         kept, believed = list(things), self.believe(state).select(colours)
         prior = Normals.from_information(state["precision"], state["information"]).select(colours)
@@ -151,7 +158,7 @@ class OneDensity(Learner):
 
 
 def _know(state: State, seen: Seen) -> State:
-    """Adds the colours of an object to the state."""
+    """Stores the colours of an object in the state."""
     state = make_room(state, ("thing_kind", "has_colour"), seen)
     there = np.arange(len(seen.things)), seen.things
     for name, value in (("thing_kind", seen.colours), ("has_colour", True)):

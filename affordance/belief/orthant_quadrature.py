@@ -1,10 +1,9 @@
-"""Integrates a normal distribution over positive values by nested quadrature.
+"""Integrates a normal distribution over positive values by nested quadrature, for a few coordinates.
 
-The cost is acceptable for a few coordinates.
-
-P(x > 0) is the integral, over the first coordinate, of its density times the probability that all others are positive
-given its value. That probability is again such an integral. Each is evaluated in logs and on its own window, so that
-a probability of exp(-1000) or a correlation of 0.999999 costs no digits.
+P(x > 0) is an integral over the first coordinate: its density times the probability that all other coordinates are
+positive given its value. This probability is again such an integral. All integrals are evaluated in logs and over a
+window around the integrand's maximum. Probabilities of exp(-1000) and correlations of 0.999999 are therefore
+accurate.
 """
 
 from functools import cache
@@ -14,15 +13,15 @@ from scipy.special import log_ndtr
 
 from affordance.arrays import Array
 
-# Log ratio of the largest value to the value at the ends of a window: what lies outside is below rounding error.
+# Log ratio of an integrand's maximum to its value at the ends of the window; the rest is below rounding errors.
 _LOG_DROP = 40.0
 # Nodes in each of the three parts of an interval: around the start of the window, inside it, and around its end.
 _NODES_A_PART = 12
-# Each search makes the uncertainty of the ends eleven times smaller; after this many they are exact to rounding.
+# Largest number of searches for the ends of a window. Each reduces the uncertainty of the ends by a factor of eleven.
 _MAX_SEARCHES = 20
-# Numbers of nodes. Log masses start with the smaller number, which is doubled until every second node gives the same
-# result, or up to the larger one, which is used for tables of a marginal. Doubling squares the rule's error, so
-# results that agree to this tolerance are exact.
+# Smallest and largest number of nodes. For log masses, the number is doubled until every second node gives the same
+# result within the tolerance. Doubling squares the error of the rule, so the result is then exact. Tables of
+# marginals use the largest number.
 _NUM_NODES = 129
 _MAX_NODES = 1025
 _AGREEMENT = 1e-8
@@ -37,8 +36,8 @@ def tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Ar
     """Tabulates the marginal of coordinate i given x > 0 for x ~ N(mean, covariance).
 
     Returns:
-        Increasing nodes and their shares, (K,) each. A share is proportional to the probability that its node
-        represents; as a function of the node's index it is smooth and vanishes at both ends.
+        Increasing nodes and their shares of the probability, (K,) each, up to a factor. As a function of the node's
+        index, the share is smooth and vanishes at both ends.
     """
     order = np.append(i, np.delete(np.arange(len(mean)), i))
     root = np.linalg.cholesky(covariance[np.ix_(order, order)])
@@ -47,7 +46,7 @@ def tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Ar
 
 
 def _compute_log_masses(means: Array, root: Array, num_nodes: int = _NUM_NODES) -> Array:
-    """Computes log P(x > 0), shape (N,), for N means, (N, M), and one covariance L L^T."""
+    """Computes log P(x > 0), (N,), for N means, (N, M), and one covariance L L^T."""
     if means.shape[1] == 1:
         log_mass: Array = log_ndtr(means[:, 0] / root[0, 0])
         return log_mass
@@ -63,11 +62,10 @@ def _compute_log_masses(means: Array, root: Array, num_nodes: int = _NUM_NODES) 
 
 
 def _place_nodes(means: Array, root: Array, num_nodes: int) -> tuple[Array, Array]:
-    """Places nodes along the first coordinate.
+    """Places quadrature nodes along the first coordinate.
 
-    Log densities are concave. A density that bends within a short distance also falls off within a few such
-    distances. Narrow features of an integrand are therefore at the ends of its window, where the rule has most of its
-    nodes.
+    The integrand is log-concave, so it falls off quickly wherever its curvature is large. Narrow features are
+    therefore at the ends of its window, where the double-exponential rule has most of its nodes.
 
     Returns:
         Nodes, and the log of each node's share of P(x > 0), (N, K) each.
@@ -79,11 +77,10 @@ def _place_nodes(means: Array, root: Array, num_nodes: int) -> tuple[Array, Arra
 
 
 def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
-    """Finds the part of the first coordinate that contributes to the integral.
+    """Finds the interval of the first coordinate that contributes to the integral.
 
-    A concave function exceeds a level on one interval. It begins between the first node above the level and the node
-    before, and ends between the last such node and the one after. Nodes are added there until the function at both
-    ends has fallen by no more than twice the required drop.
+    A concave function exceeds a level on one interval. Nodes are added around both ends of this interval until the
+    function at the ends is below its maximum by at most twice the required drop.
 
     Returns:
         Lower and upper ends of the window, (N, 1) each.
@@ -98,7 +95,7 @@ def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
         fall = log_density.max(axis=1, keepdims=True) - log_density
         first = (fall < _LOG_DROP).argmax(axis=1)
         last = nodes.shape[1] - 1 - (fall < _LOG_DROP)[:, ::-1].argmax(axis=1)
-        # Other coordinates can pull this one far above its own mean.
+        # Correlated coordinates can shift the maximum far above the mean of this coordinate.
         is_open = last == nodes.shape[1] - 1
         before, after = np.maximum(first - 1, 0), np.where(is_open, last, last + 1)
         rows = np.arange(len(nodes))
@@ -114,10 +111,7 @@ def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
 
 
 def _compute_log_marginal(nodes: Array, means: Array, root: Array) -> Array:
-    """Computes the log integrand of the first coordinate, shape (N, K).
-
-    The integrand is its density times P(all others > 0 | it).
-    """
+    """Computes the log of p(x_1) P(x_2, ..., x_M > 0 | x_1) at nodes x_1, (N, K)."""
     z = (nodes - means[:, :1]) / root[0, 0]
     conditional_means = means[:, None, 1:] + z[..., None] * root[1:, 0]  # (N, K, M - 1)
     log_others = _compute_log_masses(conditional_means.reshape(-1, len(root) - 1), root[1:, 1:]).reshape(z.shape)
@@ -127,10 +121,7 @@ def _compute_log_marginal(nodes: Array, means: Array, root: Array) -> Array:
 
 @cache
 def _build_rule(num_nodes: int) -> tuple[Array, Array]:
-    """Builds the double-exponential rule on (0, 1) (Takahasi & Mori 1974).
-
-    Returns positions and weights, (K,) each.
-    """
+    """Returns positions and weights, (K,) each, of the double-exponential rule on (0, 1) (Takahasi & Mori 1974)."""
     # Beyond |t| = 3.2 the weights are below rounding error.
     t, step = np.linspace(-3.2, 3.2, num_nodes, retstep=True)
     positions = 1.0 / (1.0 + np.exp(-np.pi * np.sinh(t)))

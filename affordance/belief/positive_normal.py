@@ -1,4 +1,4 @@
-"""Finds a normal distribution from its moments after restriction to positive values."""
+"""Finds unrestricted normal distributions with given moments after restriction to positive values."""
 
 from collections.abc import Callable
 
@@ -8,16 +8,16 @@ from scipy.special import log_ndtr
 from affordance.arrays import Array
 from affordance.belief.minimax_tilting import compute_hazard, compute_mean_excess
 
-# Ratio of mean and SD above which the restriction changes neither by more than 1e-15.
+# Ratio of mean to SD above which the restriction changes both by less than 1e-15.
 _UNRESTRICTED = 9.0
-# Least ratio of mean and SD that is represented; an exponential distribution has 1.
+# Smallest ratio of mean to SD after restriction; the limit is 1, an exponential distribution.
 _LEAST_RATIO = 1.002
 _STEPS = 60
-# Of several values: Newton's steps and their halvings at most, and the gain that ends them.
+# Joint moments: largest numbers of Newton steps and step halvings, and gain below which a search has converged.
 _NEWTON_STEPS, _HALVINGS, _SETTLED = 30, 12, 1e-14
 _LEAST_PRECISION = 1e-4  # in units of the SDs after restriction
-# Of two values: powers of both in the log density, and nodes along the first value, which reach so many SDs below and
-# above its mean.
+# Two values: exponents of both values in the terms of the log density, nodes along the first value, and their range
+# in SDs below and above its mean.
 _POWERS = np.array([(1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]).T
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(96)
 _REACH = 9.0, 16.0
@@ -30,10 +30,11 @@ def _compute_moments(mean: Array) -> tuple[Array, Array]:
 
 
 def find_untruncated(mean: Array, sd: Array) -> tuple[Array, Array]:
-    """Finds the normal distribution with a given mean and SD after restriction.
+    """Finds mean and SD of an unrestricted normal distribution from mean and SD after restriction.
 
-    Their ratio determines the unrestricted ratio, which is found by bisection. No such distribution has a ratio of
-    one or less. Such a ratio is replaced by the least possible one, and the mean is kept.
+    The unrestricted ratio of mean to SD is found by bisection, because it depends only on the ratio after
+    restriction. Ratios of one or less are impossible; they are replaced with a slightly larger value, and the mean is
+    preserved.
     """
     center, scale = mean.copy(), sd.copy()
     cut = mean < _UNRESTRICTED * sd
@@ -57,26 +58,27 @@ def find_untruncated_joint(
     covariance: Array,
     points: tuple[Array, Array] | None = None,
 ) -> tuple[Array, Array]:
-    """Finds normal distributions of several values with given moments after restriction.
+    """Finds unrestricted joint normal distributions from moments after restriction.
 
-    Restricted normals are an exponential family. Newton's method minimises their Kullback-Leibler divergence from a
-    distribution with these moments, which is convex. Where no normal has the moments, the closest one is found.
+    Restricted normal distributions are an exponential family, so their Kullback-Leibler divergence from a
+    distribution with the given moments is convex. Newton's method minimises it. If the moments are impossible, the
+    result is the closest distribution.
 
     Args:
         mean: Means after restriction, (B, M).
         sd: SDs after restriction, (B, M).
         correlation: Correlations after restriction, (B, M, M).
-        center: Unrestricted means to start with, (B, M).
-        covariance: Unrestricted covariances to start with, (B, M, M), positive definite.
-        points: Points that integrate over the values, (B, M, N), with the logs of their volumes, (B, N). Two values
-            need none: nodes integrate over the first, and the integral over the second has a closed form.
+        center: Initial unrestricted means, (B, M).
+        covariance: Initial unrestricted covariances, (B, M, M), positive definite.
+        points: Quadrature points, (B, M, N), and the logs of their volumes, (B, N). None for two values, whose
+            integrals are computed on fixed nodes of the first value and in closed form over the second.
 
     Returns:
         Unrestricted means, (B, M), and covariances, (B, M, M).
     """
     M, ratio = mean.shape[1], mean / sd
     i, j = np.triu_indices(M)
-    # Log density: theta times (x_i, and -x_i x_j for i < j, -x_i^2 / 2), in units of the SDs.
+    # The log density is theta times the features x_i, -x_i x_j for i < j, and -x_i^2 / 2, with x in units of the SDs.
     factors = np.concatenate([np.ones(M), np.where(i == j, -0.5, -1.0)])
     target = factors * np.concatenate([ratio, ratio[:, i] * ratio[:, j] + correlation[:, i, j]], axis=1)
     P = np.linalg.inv(covariance / (sd[..., None] * sd[:, None]))
@@ -95,7 +97,7 @@ def find_untruncated_joint(
 
 
 def _unpack(theta: Array, M: int) -> Array:
-    """Builds precisions, (B, M, M), from the coefficients of log densities."""
+    """Builds precisions, (B, M, M), from coefficients theta of log densities."""
     P = np.zeros((len(theta), M, M))
     i, j = np.triu_indices(M)
     P[:, i, j] = P[:, j, i] = theta[:, M:]
@@ -103,7 +105,7 @@ def _unpack(theta: Array, M: int) -> Array:
 
 
 def _climb(theta: Array, M: int, diverge: Callable[[Array], tuple[Array, Array, Array]]) -> Array:
-    """Minimises a divergence over the coefficients of log densities by Newton's method with shortened steps."""
+    """Minimises a divergence over the coefficients theta by Newton's method with step halving."""
     value, gradient, hessian = diverge(theta)
     for _ in range(_NEWTON_STEPS):
         step = np.linalg.solve(hessian, -gradient[..., None])[..., 0]
@@ -124,7 +126,7 @@ def _climb(theta: Array, M: int, diverge: Callable[[Array], tuple[Array, Array, 
 
 
 def _diverge(theta: Array, target: Array, features: Array, log_w: Array) -> tuple[Array, Array, Array]:
-    """Computes the divergence of restricted normals up to a constant, with two derivatives, by sums over points."""
+    """Computes the divergence, up to a constant, and its first two derivatives by sums over points."""
     log_p = np.vecmat(theta, features) + log_w
     top = log_p.max(axis=1, keepdims=True)
     p = np.exp(log_p - top)
@@ -136,7 +138,7 @@ def _diverge(theta: Array, target: Array, features: Array, log_w: Array) -> tupl
 
 
 def _diverge_pair(theta: Array, target: Array, factors: Array, x: Array, log_w: Array) -> tuple[Array, Array, Array]:
-    """Computes the same for two values x and y. Nodes integrate over x, (B, n); over y there is a closed form."""
+    """Computes the divergence and its derivatives for two values: on nodes x, (B, n), and in closed form over y."""
     h, k, a, b, c = (each[:, None] for each in theta.T)
     s = 1.0 / np.sqrt(c)
     t = (k - b * x) * s
@@ -144,11 +146,11 @@ def _diverge_pair(theta: Array, target: Array, factors: Array, x: Array, log_w: 
     top = log_p.max(axis=1, keepdims=True)
     p = np.exp(log_p - top)
     total = p.sum(axis=1, keepdims=True)
-    moments = [np.ones_like(x), s * compute_mean_excess(t)]  # of y given x, by powers
+    moments = [np.ones_like(x), s * compute_mean_excess(t)]  # moments of y given x
     for power in (1, 2, 3):
         moments.append(s * t * moments[-1] + power * s**2 * moments[-2])
     of_x = (p / total)[:, None] * x[:, None] ** np.arange(5.0)[:, None]  # (B, 5, n)
-    means = of_x @ np.stack(moments, axis=2)  # of x^i y^j, (B, 5, 5)
+    means = of_x @ np.stack(moments, axis=2)  # means of x^i y^j, (B, 5, 5)
     i, j = _POWERS
     found = factors * means[:, i, j]
     second = factors * factors[:, None] * means[:, i + i[:, None], j + j[:, None]] - found[..., None] * found[:, None]

@@ -1,4 +1,4 @@
-"""Prior of the density of materials that were never held."""
+"""Prior of the density of unknown materials."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -12,15 +12,14 @@ _SD_MAX = 1e12
 
 @dataclass(frozen=True)
 class Prior(CheckedFields):
-    """Prior of the density of any material that was never held (docs/decisions/0003-prior.md).
+    """Prior of the density of materials that were never held (docs/decisions/0003-prior.md).
 
-    The prior is a normal distribution truncated to positive densities.
+    It is a normal distribution truncated to positive densities.
 
     Attributes:
         mode: Most probable density, [kg/m^3].
         sd: Standard deviation of the normal distribution before truncation, [kg/m^3].
-        deviation: Standard deviation of an object's density about its material's mean, as a fraction of the mean
-            (s_m).
+        deviation: Standard deviation of object densities within a material, as a fraction of the mean density (s_m).
 
     Example:
         >>> from affordance import Prior, Settings

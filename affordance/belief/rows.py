@@ -1,4 +1,4 @@
-"""Operations on states, which are arrays with one row per observer."""
+"""Operations on states: named arrays with one row per observer."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -10,19 +10,19 @@ type State = dict[str, NDArray[Any]]
 
 
 class Seen(NamedTuple):
-    """Seen object with m colours, and its number for each observer. The colours are the same for all observers."""
+    """Seen object with m colours, which are the same for all observers."""
 
-    colours: tuple[int, ...]  # indices of its m colours
-    things: NDArray[np.intp]  # number of the thing for each observer, from 0, (B,); it may never have been lifted
+    colours: tuple[int, ...]  # indices of the m colours
+    things: NDArray[np.intp]  # number of the object for each observer, from 0, (B,); it may never have been lifted
 
 
 def take_rows(state: State, rows: NDArray[np.intp]) -> State:
-    """Returns the state of some observers."""
+    """Selects observers."""
     return {name: array[rows] for name, array in state.items()}
 
 
 def put_rows(state: State, rows: NDArray[np.intp], part: State) -> State:
-    """Replaces rows of a state. If the new rows are longer, arrays are padded with zeros."""
+    """Replaces the state of selected observers. Shorter rows are padded with zeros."""
     merged = {}
     for name, new in part.items():
         shape = np.maximum(state[name].shape[1:], new.shape[1:])
@@ -33,7 +33,7 @@ def put_rows(state: State, rows: NDArray[np.intp], part: State) -> State:
 
 
 def pad(array: NDArray[Any], shape: Sequence[int] | NDArray[np.intp]) -> NDArray[Any]:
-    """Pads each row with zeros up to a shape, where it is smaller."""
+    """Pads each row with zeros to at least a given shape."""
     size = tuple(max(int(wanted), there) for wanted, there in zip(shape, array.shape[1:], strict=True))
     if size == array.shape[1:]:
         return array
@@ -43,6 +43,6 @@ def pad(array: NDArray[Any], shape: Sequence[int] | NDArray[np.intp]) -> NDArray
 
 
 def make_room(state: State, names: Sequence[str], seen: Seen) -> State:
-    """Makes room for an object and its colours in arrays, (B, T, C) or (B, T, C, C)."""
+    """Enlarges arrays of objects, (B, T, C) or (B, T, C, C), so that they have room for an object."""
     room = (int(seen.things.max()) + 1, len(seen.colours), len(seen.colours))
     return {**state, **{name: pad(state[name], room[: state[name].ndim - 1]) for name in names}}

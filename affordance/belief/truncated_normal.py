@@ -1,16 +1,14 @@
 """Multivariate normal distribution restricted to positive values, x ~ N(mean, covariance) given x > 0.
 
-Arguments are the mean, (M,), and the covariance, (M, M), of the unrestricted distribution, or its inverse. Densities
-are positive, so every mode, mean, percentile, sample and evidence of a belief refers to this distribution.
-Uncorrelated coordinates are treated separately. A single coordinate has closed forms. Two or three correlated
-coordinates are integrated by nested quadrature. Four or more are averaged over weighted points, which is less
-accurate.
+Arguments are the mean, (M,), and the covariance, (M, M), of the unrestricted distribution. Uncorrelated coordinates
+are treated separately, and a single coordinate has closed forms. Two or three correlated coordinates are integrated
+by nested quadrature. Four or more are averaged over weighted points, which is less accurate.
 """
 
 from collections.abc import Iterator
 
 import numpy as np
-import scipy  # it imports its submodules on first use: some of them take from a tenth of a second to a second
+import scipy  # imports its submodules on first use; some take a tenth of a second to a second
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri
 
@@ -19,14 +17,14 @@ from affordance.belief import orthant_quadrature
 from affordance.belief.minimax_tilting import build_proposal, compute_excess, compute_mean_excess, propose
 from affordance.exceptions import AffordanceError
 
-# Correlation below which two coordinates count as uncorrelated (rounding error).
+# Correlation below which two coordinates count as uncorrelated, because of rounding errors.
 _UNRELATED = 1e-12
 # Largest number of coordinates for quadrature; four would take seconds.
 _MAX_NESTED = 3
-# Binary logarithm of the number of points over which four or more coordinates are averaged.
+# Binary logarithm of the number of weighted points for four or more coordinates.
 _LOG2_POINTS = 14
 _ROOT_TOLERANCE = 1e-9
-# Smallest size of a batch of proposals, and largest number of batches; a few have sufficed so far.
+# Smallest size of a batch of proposals, and largest number of batches.
 _SMALLEST_BATCH = 64
 _MAX_BATCHES = 1000
 
@@ -34,7 +32,7 @@ _MAX_BATCHES = 1000
 def compute_log_mass(mean: Array, covariance: Array) -> float:
     """Computes log P(x > 0) of the unrestricted distribution.
 
-    The error is at most 1e-8, or the rounding error of a large logarithm; with four or more correlated coordinates it
+    The error is at most 1e-8 or the rounding error of a large logarithm. With four or more correlated coordinates, it
     is about 1e-5.
     """
     log_mass = 0.0
@@ -51,7 +49,8 @@ def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Arr
     """Computes percentiles of each coordinate's marginal, (P, M), for P fractions in (0, 1).
 
     The error is 1e-6 of the marginal's SD, and up to 5e-6 for correlations near one. With four or more correlated
-    coordinates it is at most a few 1e-4 of the SD between the quartiles, and up to 3e-3 in the outermost hundredths.
+    coordinates, it is at most a few 1e-4 of the SD between the quartiles, and up to 3e-3 below the first and above
+    the 99th percentile.
     """
     percentiles = np.empty((len(fractions), len(mean)))
     for block, block_mean, block_covariance in _split(mean, covariance):
@@ -70,7 +69,7 @@ def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Arr
 
 
 def compute_mean(mean: Array, covariance: Array) -> Array:
-    """Computes the mean of each coordinate, shape (M,), as accurately as the percentiles."""
+    """Computes the mean of each coordinate, (M,), with the accuracy of the percentiles."""
     result = np.empty_like(mean)
     for block, block_mean, block_covariance in _split(mean, covariance):
         if len(block) == 1:
@@ -89,12 +88,21 @@ def compute_mean(mean: Array, covariance: Array) -> Array:
 def draw_samples(
     mean: Array, covariance: Array, rng: np.random.Generator, num_samples: int, *, is_even: bool = False
 ) -> Array:
-    """Draws samples from the exact distribution, shape (num_samples, M).
+    """Draws exact samples, (num_samples, M), by rejection sampling.
 
-    Proposals are accepted with probabilities proportional to their weights. For two or three coordinates more than a
-    quarter are accepted, whatever the means and correlations; for ten, about one in a hundred at worst. If hardly any
-    are accepted, an AffordanceError is raised. Even samples are spread evenly, in random order, so that averages over
-    them are more accurate; other samples are independent.
+    More than a quarter of all proposals is accepted for two or three coordinates, and at least about one in a hundred
+    for ten coordinates.
+
+    Args:
+        mean: Mean of the unrestricted distribution, (M,).
+        covariance: Covariance of the unrestricted distribution, (M, M).
+        rng: Random number generator.
+        num_samples: Number of samples.
+        is_even: If True, samples are spread evenly, in random order, which makes averages more accurate. Otherwise
+            they are independent.
+
+    Raises:
+        AffordanceError: Too few proposals were accepted.
     """
     samples = np.empty((num_samples, len(mean)))
     batch = max(num_samples, _SMALLEST_BATCH)
@@ -103,7 +111,7 @@ def draw_samples(
         proposal = build_proposal(block_mean, block_covariance)
         accepted = np.empty((0, len(block)))
         for number in range(_MAX_BATCHES):
-            # Uniform numbers in (0, 1], drawn coordinate by coordinate.
+            # Uniform numbers are in (0, 1], and are drawn for one coordinate after the other.
             uniforms = even[:, block] if is_even and not number else rng.random((len(block), batch)).T
             points, log_weights = propose(proposal, 1.0 - uniforms)
             accepted = np.concatenate([accepted, points[rng.random(batch) < np.exp(log_weights)]])
@@ -119,10 +127,7 @@ def draw_samples(
 
 
 def _split(mean: Array, covariance: Array) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
-    """Splits coordinates into sets that are correlated, directly or through others.
-
-    Yields indices, mean and covariance of each set.
-    """
+    """Splits coordinates into mutually uncorrelated sets. Yields indices, mean and covariance of each set."""
     sds = np.sqrt(np.diag(covariance))
     related = np.abs(covariance) > _UNRELATED * np.outer(sds, sds)
     reachable = np.linalg.matrix_power(related, len(related))
@@ -132,16 +137,17 @@ def _split(mean: Array, covariance: Array) -> Iterator[tuple[NDArray[np.intp], A
 
 
 def _spread(num_coordinates: int, num_points: int, rng: np.random.Generator) -> Array:
-    """Spreads points evenly over the unit cube, in random order, (num_points, num_coordinates)."""
+    """Draws evenly spread points in the unit cube, in random order, (num_points, num_coordinates)."""
     sequence = scipy.stats.qmc.Sobol(num_coordinates, rng=rng).random_base2((num_points - 1).bit_length())
     points: Array = rng.permutation(sequence[:num_points])
     return points
 
 
 def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
-    """Draws evenly spread proposals, (N, M), with weights.
+    """Draws evenly spread proposals with weights.
 
-    Returns the points, their weights relative to the largest, (N,), and its log.
+    Returns:
+        Points, (N, M), weights relative to the largest possible weight, (N,), and log of the largest possible weight.
     """
     proposal = build_proposal(mean, covariance)
     # The seed is fixed, so that equal arguments give equal results.
@@ -151,10 +157,9 @@ def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
 
 
 def _condition_points(mean: Array, covariance: Array) -> tuple[Array, Array, Array]:
-    """Computes the distribution of each coordinate given a weighted point's other coordinates.
+    """Computes the distribution of each coordinate given the other coordinates of a weighted point.
 
-    These are truncated normal distributions. Averaged over the points they give the marginals, which are far smoother
-    than the points themselves.
+    These distributions are truncated normals. Their average over points is a smooth estimate of the marginals.
 
     Returns:
         Means divided by SDs, (N, M), SDs, (M,), and weights of the points, (N,).
@@ -170,11 +175,11 @@ def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
     shares, log_positive = weights / weights.sum(), log_ndtr(t)
 
     def compute_surplus(x: Array, below: Array) -> Array:
-        # This form keeps the digits of small fractions, which one minus the upper probability would lose.
+        # This form is accurate for small fractions, unlike one minus the upper probability.
         surplus: Array = -np.expm1(log_ndtr(t - x[:, None]) - log_positive) @ shares - below
         return surplus
 
-    from scipy.optimize.elementwise import find_root  # imported here, as it takes a tenth of a second
+    from scipy.optimize.elementwise import find_root  # imported here because the import takes a tenth of a second
 
     # Every component exceeds this value with a probability of less than exp(-800).
     upper = max(t.max(), 0.0) + 40.0
@@ -184,10 +189,10 @@ def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
 
 def _interpolate_percentiles(nodes: Array, shares: Array, fractions: Array) -> Array:
     # The share between two nodes is the integral of the polynomial through the six nearest nodes. Shares vanish at
-    # both ends, so nodes missing there count as zero.
+    # both ends, so missing nodes count as zero.
     between = np.convolve(shares, np.array([11, -93, 802, 802, -93, 11]) / 1440)[3:-3]
     cumulative = np.maximum.accumulate(np.append(0.0, np.cumsum(between)))
-    # As a function of normal scores, a normal marginal is a straight line and others are nearly straight.
+    # Interpolation is accurate as a function of normal scores, because nearly normal marginals are nearly linear.
     scores, kept = np.unique(ndtri(np.clip(cumulative / cumulative[-1], 0.0, 1.0)), return_index=True)
     scores, nodes = scores[1:-1], nodes[kept[1:-1]]  # without the infinities
     percentiles: Array = scipy.interpolate.PchipInterpolator(scores, nodes)(

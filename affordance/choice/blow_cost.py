@@ -1,7 +1,7 @@
-"""Cost of a blow with one tool, as a function of the tool's inertial parameters.
+"""Cost of a blow with one tool as a function of the tool's inertial parameters.
 
-Swings are planned for a grid of tip speeds. The tool's inertia determines the effective mass at the tip, and thus the
-required tip speed and swing. Costs are interpolated between swings of the grid.
+The tool's inertia determines the effective mass at the tip, and thus the required tip speed. Swings are planned for a
+grid of tip speeds, and costs are interpolated between them.
 """
 
 from collections.abc import Callable
@@ -16,16 +16,16 @@ from affordance.control.swing import Swing, Target
 from affordance.plant.contact import EffectiveMass
 from affordance.plant.nail import Nail
 
-# Function that computes quantities, (s,) each, for tools, (s, 10), at a node of the grid of tip speeds.
+# Function of a node of the grid and of the parameters of s tools, (s, 10). It returns quantities of shape (s,).
 _AtNode = Callable[[int, Array], tuple[Array, ...]]
 
-# A blow with less than the demanded force does not drive the nail to the demanded depth. With an aim of 1.00 the
-# simulated peak is 0.988 to 1.031 times the demanded one (three start postures, 22 blows;
-# docs/decisions/0013-nail.md), so blows aim 2 % higher.
+# Planned peak force relative to the demanded force. With 1.00, simulated peaks were 0.988 to 1.031 times the demanded
+# force (three start postures, 22 blows; docs/decisions/0013-nail.md), so some blows would not reach the demanded
+# depth.
 AIM = 1.02
-# Tip speed assigned to a body that cannot strike, relative to the fastest swing.
+# Tip speed relative to the fastest swing for bodies with a negative effective mass.
 _BEYOND = 2.0
-# Bisection steps in the search for the greatest depth, which is then known to micrometres.
+# Number of bisection steps in the search for the greatest depth; the result is accurate to micrometres.
 _HALVINGS = 16
 
 
@@ -36,61 +36,66 @@ class BlowCost:
     nail: Nail
     force: float  # demanded peak of the nail's resistance, [N]
     target: Target  # target point, and the point of the tool that strikes it
-    swings: tuple[Swing, ...]  # in order of increasing tip speed
+    swings: tuple[Swing, ...]  # swings in order of increasing tip speed
     speeds: Array  # tip speeds of the swings, (K,), [m/s]
     masses: tuple[EffectiveMass, ...]  # effective mass at each strike
     motions: tuple[MotionCost, ...]  # costs of the swings
     joint_names: tuple[str, ...]
-    infeasible_reason: str  # reason why no swing strikes the nail, whatever the tool's inertia; empty if one does
+    infeasible_reason: str  # reason if no swing strikes the nail with any inertia of the tool, otherwise empty
 
     @property
     def q_start(self) -> Array:
-        """Joint angles at the start, (num_joints,), [rad]. The array is empty if no swing strikes the nail."""
+        """Joint angles at the start, (num_joints,), [rad]; empty if no swing strikes the nail."""
         return self.swings[0].q_start if self.swings else np.zeros(0)
 
     def compute_speed(self, pi: Array, force: float | None = None) -> Array:
-        """Computes the tip speed for slightly more than a peak force, (S,), [m/s].
+        """Computes the tip speed that is required for a peak force, (S,), [m/s].
 
-        The force is in [N]; None is the demanded force.
+        Args:
+            pi: Parameters of S tools about To in T, (S, 10).
+            force: Peak force, [N]; None for the demanded force. The factor ``AIM`` is applied.
         """
         aim = np.array(AIM * (self.force if force is None else force))
-        # The posture at the strike, and with it the mass, hardly depends on the speed.
+        # The effective mass hardly depends on the speed, because the posture at the strike hardly does.
         middle = self.masses[len(self.masses) // 2].compute(pi)
         speed = self._compute_speed(aim, middle)
         (mass,) = self._interpolate(speed, pi, lambda node, chunk: (self.masses[node].compute(chunk),))
         return self._compute_speed(aim, mass)
 
     def _compute_speed(self, force: Array, mass: Array) -> Array:
-        """Computes the tip speed for a peak force, (S,), [m/s]. The force is in [N], effective masses, (S,), in [kg].
+        """Computes the tip speed, (S,), [m/s], for a peak force, [N], and effective masses, (S,), [kg].
 
-        Geometry errors are modelled to first order, so a sample can be an impossible body with a negative effective
-        mass at the tip. Such a body gets a speed beyond all swings.
+        Samples with large geometry errors may be impossible bodies with a negative effective mass, because these
+        errors are modelled to first order. They get a speed beyond all swings.
         """
         possible = mass > 0.0
         speed = self.nail.compute_tip_speed(force, np.where(possible, mass, 1.0))
         return np.where(possible, speed, _BEYOND * self.speeds[-1])
 
     def pick_swing(self, speed: float) -> Swing | None:
-        """Finds the slowest swing that reaches a speed, [m/s]. Returns None if all swings are slower."""
+        """Returns the slowest swing that reaches a speed, [m/s], or None if all swings are slower."""
         near = int(np.searchsorted(self.speeds, speed))
         return self.swings[near] if near < len(self.swings) else None
 
     def compute(self, pi: Array, force: float | None = None) -> Costs:
-        """Computes the costs for S tools with parameters pi about To in T, (S, 10).
+        """Computes the costs of blows with S tools.
 
-        A tool that needs more speed than the fastest swing is infeasible. A tool that needs less than the slowest
-        swing uses the slowest. ``force`` is the peak resistance, [N], at most the demanded force; None is the
-        demanded force.
+        Tools that require more speed than the fastest swing are infeasible. Tools that require less speed than the
+        slowest swing use the slowest swing.
+
+        Args:
+            pi: Parameters of the tools about To in T, (S, 10).
+            force: Peak force, [N], at most the demanded force; None for the demanded force.
         """
         if self.infeasible_reason:
             return Costs.of_nothing(len(pi))
         return self.compute_at_speed(pi, self.compute_speed(pi, force))
 
     def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
-        """Computes the costs of swings that strike at given speeds, (S,), [m/s]; see ``compute``.
+        """Computes the costs of swings with given tip speeds, (S,), [m/s] (``compute``).
 
-        Speeds above the fastest swing are infeasible; their costs grow with the square of the speed, like kinetic
-        energy.
+        Speeds above the fastest swing are infeasible. Their costs are extrapolated with the square of the speed, like
+        kinetic energy.
         """
         work, effort, cost, load = self._interpolate(
             speed, pi, lambda node, chunk: self.motions[node].compute_load(chunk)
@@ -99,9 +104,9 @@ class BlowCost:
         return Costs(beyond * work, beyond * effort, (load <= 1.0) & (speed <= self.speeds[-1]), beyond * cost)
 
     def compute_demand(self, pi: Array) -> Demand:
-        """Computes the largest loads on joints and grip before the strike. The impact is excluded; see ``compute``.
+        """Computes the peak loads on joints and grip before the impact, for parameters pi, (S, 10).
 
-        At speeds above the fastest swing, loads grow with the square of the speed.
+        Above the fastest swing, loads are extrapolated with the square of the speed.
         """
         if self.infeasible_reason:
             return Demand.of_nothing(len(self.joint_names), len(pi))
@@ -116,10 +121,7 @@ class BlowCost:
         return Demand(np.array(loads), force, moment)
 
     def explain_infeasibility(self, pi: Array) -> str:
-        """Describes the limit that makes a blow with a tool infeasible.
-
-        The parameters pi are (10,). The text is empty if the blow is feasible.
-        """
+        """Describes the limit that a blow with parameters pi, (10,), exceeds; empty if the blow is feasible."""
         if self.infeasible_reason or self.compute(pi[None]).feasible[0]:
             return self.infeasible_reason
         speed = self.compute_speed(pi[None])
@@ -133,9 +135,9 @@ class BlowCost:
         return f"{self.joint_names[worst]} must bear {load[0]:.3g} times its torque limit"
 
     def find_greatest_depth(self, pi: Array) -> float:
-        """Finds the depth to which a tool can drive the nail, [m].
+        """Finds the greatest depth, [m], to which a tool with parameters pi, (10,), can drive the nail.
 
-        The tool has parameters pi, (10,). The depth is between the initial and the demanded depth of the nail.
+        The result is between the initial and the demanded depth.
         """
         low, high = self.nail.depth_set, self.nail.depth_demanded
         if self.compute(pi[None]).feasible[0]:
@@ -147,7 +149,7 @@ class BlowCost:
         return low
 
     def _interpolate(self, speed: Array, pi: Array, compute: _AtNode) -> tuple[Array, ...]:
-        """Interpolates quantities between the grid's tip speeds. Each of S tools has one speed."""
+        """Interpolates quantities between the grid's tip speeds, with one speed, (S,), for each tool, (S, 10)."""
         last = len(self.speeds) - 1
         at = np.interp(speed, self.speeds, np.arange(last + 1.0))
         below = np.minimum(at.astype(int), max(0, last - 1))

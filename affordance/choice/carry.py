@@ -1,7 +1,4 @@
-"""Carrying: the grip follows a path in the world frame W.
-
-The tool keeps its orientation, or is held still.
-"""
+"""Tasks of carrying a tool along a path without rotation, and of holding it still."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,19 +25,19 @@ _TILT = Within(1e-3, 1.5)
 
 @dataclass(frozen=True)
 class Carry(PathTask):
-    """Carrying task: moves the grip along a path without rotating the tool."""
+    """Task of moving the grip along a path in the world frame W without rotating the tool."""
 
-    tilt: Annotated[float, _TILT] = 0.1  # largest allowed rotation of the tool from its first orientation, [rad]
+    tilt: Annotated[float, _TILT] = 0.1  # largest allowed rotation of the tool from its initial orientation, [rad]
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError if the tilt is out of bounds."""
+        """Checks the tilt. A value out of bounds raises a BadArgumentError."""
         check_fields(self)
 
     def begin(self, model: ArmModel) -> Carrying:
-        """Builds the controller's task, and puts the model at rest in the start posture.
+        """Builds the controller's task, and sets the model to rest in the start posture.
 
         Raises:
-            AffordanceError: If the arm cannot take the start posture.
+            AffordanceError: The start posture has an unknown joint or violates joint limits.
         """
         q_start = model.arm.find_posture(dict(self.path.start))
         model.set_posture(q_start)
@@ -48,18 +45,18 @@ class Carry(PathTask):
         return Carrying(self.path.build_trajectory(), q_start=q_start, X_WHstart=X_WH)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, which is the same for all tools. Returns its cost as a function of inertia.
+        """Plans the motion, which is the same for all tools, and returns its cost as a function of inertia.
 
         Raises:
-            NoPlanError: If the controller finds no plan.
-            AffordanceError: If the arm cannot take the start posture.
+            NoPlanError: The controller finds no plan.
+            AffordanceError: The start posture has an unknown joint or violates joint limits.
         """
         carrying = self.begin(model)
         motion = self._plan(model, carrying, settings)
         found_motion = build_chain(model.arm).compute_motion(motion.q, motion.v, motion.vdot)
         asked = np.array([carrying.compute_reference(motion.control_period * k)[0] for k in range(len(motion.q))])
         errors = np.linalg.norm(found_motion.p_WT - asked, axis=1)
-        # Rotation angles from the first row's orientation, by the trace of the relative rotation.
+        # Rotation angles relative to the initial orientation follow from the trace of the relative rotation.
         traces = np.einsum("ij,nij->n", found_motion.R_WT[0], found_motion.R_WT)
         tilts = np.arccos(np.clip(0.5 * (traces - 1.0), -1.0, 1.0))
         row, reason = int(np.argmax(errors)), self.path.describe_error(float(errors.max()))
@@ -89,28 +86,32 @@ _DURATION = Within(0.05, 3600.0)
 
 @dataclass(frozen=True)
 class Keep:
-    """Task of holding any tool still, which takes torque but no work."""
+    """Task of holding a tool still, which requires torque but no work."""
 
     duration: Annotated[float, _DURATION]  # [s]
-    posture: Start = ()  # angles, [rad], of the joints that differ from the arm's home posture
+    posture: Start = ()  # angles, [rad], of joints that are not at their home angles
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError if the duration is out of bounds."""
+        """Checks the duration. A value out of bounds raises a BadArgumentError."""
         check_fields(self)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Builds the cost of the hold. An arm that cannot take the posture raises an AffordanceError."""
+        """Builds the cost of the hold as a function of inertia.
+
+        Raises:
+            AffordanceError: The posture has an unknown joint or violates joint limits.
+        """
         q = model.arm.find_posture(dict(self.posture))
         still = np.zeros((1, len(q)))
         return MotionCost(model, PlannedMotion(self.duration, q[None], still, still), measure=settings.cost_measure)
 
 
 class KeepEntry(DataModel):
-    """Entry of a hold in a file."""
+    """Entry of a holding task in a file."""
 
     duration: Annotated[float, _DURATION, Field(description="Duration of the hold, [s].")]
     posture: StartEntry = Field(default_factory=dict)
 
     def build_task(self) -> Keep:
-        """Builds the task of holding still."""
+        """Builds the holding task."""
         return Keep(self.duration, tuple(self.posture.items()))

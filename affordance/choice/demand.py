@@ -1,7 +1,6 @@
-"""Loads of a motion on joints and gripper, and criteria for comparing options.
+"""Peak loads of a motion on joints and gripper, and criteria for comparing options.
 
-If the arm's own inertia dominates, the work hardly differs between grips. Relative joint torques, and force and
-moment at the gripper, always differ.
+If the arm's inertia dominates, work hardly differs between grips, but joint torques and the wrench at the gripper do.
 """
 
 import enum
@@ -12,21 +11,21 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
 
-# Number of samples whose wrenches are in memory at a time, as in motion_cost.py.
+# Number of samples whose wrenches are computed at a time, to limit memory as in motion_cost.py.
 _CHUNK = 2000
 
 
 class Demand(NamedTuple):
-    """Largest loads in a motion for each of S inertias."""
+    """Peak loads of a motion for each of S inertias."""
 
-    # Largest torque of each joint relative to its limit, (num_joints, S); zero for a joint without a limit.
+    # Peak torque of each joint relative to its limit, (num_joints, S); zero for a joint without a limit.
     loads: Array
-    force: Array  # largest force that the hand exerts on the tool, (S,), [N]
-    moment: Array  # largest moment about the grip that the hand exerts on the tool, (S,), [N m]
+    force: Array  # peak force of the hand on the tool, (S,), [N]
+    moment: Array  # peak moment of the hand on the tool about the grip, (S,), [N m]
 
     @classmethod
     def of_nothing(cls, num_joints: int, num_samples: int) -> "Demand":
-        """Returns infinite loads, for a motion that no tool can do."""
+        """Returns infinite loads, for an impossible motion."""
         nothing = np.full(num_samples, np.inf)
         return cls(np.tile(nothing, (num_joints, 1)), nothing, nothing)
 
@@ -46,7 +45,7 @@ class Criterion(enum.Enum):
 
     @property
     def is_peak(self) -> bool:
-        """True for peak loads, which are compared by their 95 % quantile. Other costs are compared by their mean."""
+        """True if the cost is a peak load, which is compared by its 95 % quantile instead of its mean."""
         return self in (Criterion.MARGIN, Criterion.GRIP)
 
 
@@ -54,9 +53,9 @@ _UNITS = {Criterion.WORK: "J", Criterion.EFFORT: "N^2 m^2 s", Criterion.MARGIN: 
 
 
 def compute_grip_peaks(regressors: Array, pi: Array) -> tuple[Array, Array]:
-    """Computes the largest force, [N], and moment about To, [N m], in a motion, (S,) each.
+    """Computes the peak force, [N], and the peak moment about To, [N m], of the hand on a tool, (S,) each.
 
-    The wrench that the hand exerts on a tool is linear in the tool's parameters.
+    The wrench is linear in the tool's inertial parameters.
 
     Args:
         regressors: Wrench regressors at N nodes of the motion, (N, 6, 10).

@@ -1,6 +1,6 @@
-"""Hammering: the free end of the tool drives a nail with a demanded peak force.
+"""Task of driving a nail with a demanded peak force.
 
-Frames: world W and tool T. S is the striking point on the tool's surface.
+Frames are the world W and the tool T. S is the striking point on the tool's surface.
 """
 
 import contextlib
@@ -30,37 +30,37 @@ from affordance.plant.contact import ContactFace, EffectiveMass
 from affordance.plant.nail import Nail, NailEntry, NailPlacement
 from affordance.settings import Settings
 
-# Step between the tip speeds at which swings are planned: the larger of this speed, [m/s], and this fraction of the
-# current speed. Interpolating costs between them has an error below 0.5 % (tests/choice/test_hammer.py). If a slow
-# arm has fewer speeds than the last number, intermediate ones are added.
+# Swings are planned at tip speeds that increase by the larger of a constant, [m/s], and a fraction of the speed. The
+# interpolation error of the costs is below 0.5 % (tests/choice/test_hammer.py). Intermediate speeds are added if a
+# slow arm has fewer speeds than the last number.
 _SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
 # Minimum length of a vector that defines a direction, and minimum distance to a nail's head for a swing, [m].
 _MIN_LENGTH = 0.01
 # Time of a swing from rest to the strike, [s].
 _DURATION = Within(0.2, 10.0)
-# Easier blows: factors on the duration, and on the depth to drive beyond the depth at which the nail is set.
+# Easier blows: factors on the duration of the swing, and on the increase in depth.
 _EASIER_PACES, _EASIER_DEPTHS = (1.5, 2.0), (0.75, 0.5, 0.25)
 # Number of joints needed to bring a face to a position (three) and square to a direction (two).
 _FEWEST_JOINTS = 5
-# Rolls of a grip that are proposed if its face points the wrong way, [degrees]; and names of the directions along and
-# against each axis of the world.
+# Rolls that are proposed for a grip whose face points the wrong way, [degrees]; names of the positive and negative
+# directions of each world axis.
 _ROLLS = (180, 90, -90)
 _DIRECTIONS = (("ahead", "back"), ("left", "right"), ("up", "down"))
-# Number of times of a swing at which its angles and rates are compared with the limits.
+# Number of samples of a swing at which angles and rates are compared with the limits.
 _NUM_CHECKED = 50
 
 
 @dataclass(frozen=True)
 class Hammer:
-    """Task of driving a nail with any tool until its resistance reaches a demanded peak.
+    """Task of driving a nail until its resistance reaches a demanded peak.
 
     Attributes:
         nail: Nail to be driven.
         offset: Position of the nail's head relative to the striking point at the start, in the world frame W, [m].
-        direction: Direction in which the nail is driven, a unit vector in W.
-        duration: Duration of the swing, from rest at the start to the strike, [s].
+        direction: Unit vector of the direction in which the nail is driven, in W.
+        duration: Duration of the swing from rest to the strike, [s].
         force: Demanded peak resistance, [N].
-        start: Start angles, [rad], of the joints that do not start at their angles in the home posture.
+        start: Start angles, [rad], of joints that do not start at their home angles.
 
     Example:
         >>> from affordance import MODELS, load_hammer
@@ -77,7 +77,7 @@ class Hammer:
     start: Start = ()
 
     def list_easier(self) -> "Iterator[tuple[Hammer, str]]":
-        """Lists easier tasks with descriptions. Swings are slower, or nails are driven less deep."""
+        """Yields easier tasks, with slower swings or shallower nails, and their descriptions."""
         for pace in _EASIER_PACES:
             if self.duration * pace > _DURATION.high:
                 break
@@ -88,12 +88,14 @@ class Hammer:
             yield replace(self, nail=nail, force=nail.force_demanded), f"to a depth of {1e3 * depth:.3g} mm"
 
     def find_target(self, model: ArmModel, parts: Sequence[PosedShape]) -> Target:
-        """Finds the striking point and the nail for a tool's parts. The model's state is changed.
+        """Finds striking point and position of the nail for a tool.
 
-        The parts are posed relative to the hand.
+        Args:
+            model: Model of the arm; its state is changed.
+            parts: Parts of the tool, posed relative to the hand.
 
         Raises:
-            AffordanceError: The arm cannot take the start posture.
+            AffordanceError: The start posture has an unknown joint or violates joint limits.
         """
         return find_target(
             model,
@@ -104,10 +106,10 @@ class Hammer:
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
-        """Plans swings at increasing tip speeds. Returns the cost of the blow for any inertia of the tool.
+        """Plans swings at increasing tip speeds, and returns the cost of the blow as a function of inertia.
 
-        The highest speed is the speed that a massless tool would need. The swings do not depend on the tool's
-        inertia. If no swing is possible, the result contains the reason.
+        The swings do not depend on the tool's inertia. The highest speed is the speed that a massless tool requires.
+        If no swing is possible, the result contains the reason.
 
         Args:
             model: Model of the arm; its state and payload are changed.
@@ -148,20 +150,20 @@ class _BlowEntry(DataModel):
 
     @model_validator(mode="after")
     def check_place(self) -> Self:
-        """Rejects a blow without a direction, or starting too close to the nail or beyond it."""
+        """Checks that the direction is not zero, and that the blow starts far enough in front of the nail."""
         direction = np.array(self.direction)
         length = float(np.linalg.norm(direction))
         if length < _MIN_LENGTH:
             raise complain(f"has a length of {length:g}, must be at least {_MIN_LENGTH:g}", "direction")
         ahead = float(np.array(self.offset) @ direction) / length
-        if ahead < _MIN_LENGTH:  # otherwise the tool would have to pass through the nail
+        if ahead < _MIN_LENGTH:  # the tool would have to pass through the nail
             problem = f"puts the head {ahead:.3g} m ahead of the tool's point along the blow"
             raise complain(f"{problem}, must be at least {_MIN_LENGTH:g} m", "offset")
         return self
 
 
 class HammerEntry(NailEntry):
-    """Entry of a nail and a blow in a file."""
+    """Entry of a hammering task in a file: a nail and a blow."""
 
     blow: _BlowEntry
 
@@ -174,27 +176,25 @@ class HammerEntry(NailEntry):
 
 
 def keep_strikers(options: Sequence[Option]) -> list[Option]:
-    """Selects the options with a striking face.
-
-    All are kept if no tool has a striking face, like the paper's tools.
-    """
+    """Selects options with a striking face, or all options if no tool has one, such as the tools of the paper."""
     kept = [option for option in options if any(part.strikes for part in option.features)]
     return kept or list(options)
 
 
 def load_hammer(path: StrPath) -> Hammer:
-    """Loads a nail file. The file contains the nail and, under ``blow``, its position and the swing.
+    """Loads a hammering task from a file with a nail and, under ``blow``, its position and the swing.
 
     Raises:
-        BadValueError: The file or one of its values is invalid; the message names file, key and fault.
+        BadValueError: The file or one of its values is invalid. The message contains file, key and reason.
     """
     return load_model(check_path("path", path), HammerEntry).build_task()
 
 
 def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[float, Swing], str]:
-    """Plans swings at increasing tip speeds, [m/s], adding intermediate speeds if few succeed.
+    """Plans swings at increasing tip speeds, [m/s], and adds intermediate speeds if few succeed.
 
-    Returns: The swings by tip speed, and the reason if there are none.
+    Returns:
+        Swings by tip speed, and the reason if there is no swing.
     """
     swings: dict[float, Swing] = {}
     speed, fastest, infeasible_reason = 0.0, _SPEED_STEP, ""
@@ -206,13 +206,13 @@ def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[
         except AffordanceError as error:
             infeasible_reason = "" if swings else f"{error}: {_explain_no_swing(model, target, hammer, speed)}"
             break
-        # The effective mass of arm and tool together is at least that of the arm alone.
+        # A tool can only increase the effective mass, so this is the highest speed that any tool requires.
         (least_mass,) = _build_effective_mass(model, target, swings[speed]).compute(np.zeros((1, NUM_PARAMETERS)))
         fastest = float(hammer.nail.compute_tip_speed(np.array(AIM * hammer.force), least_mass))
     added = len(swings)
     while added and len(swings) < _FEWEST_SPEEDS:
         known = [0.0, *sorted(swings)]
-        known.append(2.0 * known[-1] - known[-2])  # half a step beyond may still be within the limits
+        known.append(2.0 * known[-1] - known[-2])  # half a step beyond the last speed may still be possible
         for low, high in itertools.pairwise(known):
             middle, guess = 0.5 * (low + high), swings[low or known[1]]
             with contextlib.suppress(AffordanceError):
@@ -222,9 +222,7 @@ def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[
 
 
 def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float) -> str:
-    """Explains why no swing was found.
-
-    Either the face points the wrong way at the start, or a joint limit is exceeded.
+    """Explains why no swing was found: the face points the wrong way at the start, or a joint exceeds a limit.
 
     To find the joint, the swing is planned for an arm without limits of angle and rate.
     """
@@ -252,7 +250,7 @@ def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: fl
 
 
 def _describe_facing(model: ArmModel, target: Target) -> str:
-    """Describes the wrong direction of a face, and the grip roll that corrects it."""
+    """Describes the direction of a face that points the wrong way, and the roll of the grip that corrects it."""
     model.set_posture(target.q_start)
     R_WH, direction_W = model.compute_hand_pose().rotation().matrix(), target.direction_W
     normal_W = R_WH @ target.normal_T
@@ -275,7 +273,7 @@ def _turn_about_x(degrees: float) -> Array:
 
 
 def _name_direction(direction_W: Array) -> str:
-    """Names the axis of the world nearest to a direction."""
+    """Returns the name of the world axis that is nearest to a direction."""
     axis = int(np.argmax(np.abs(direction_W)))
     return _DIRECTIONS[axis][0 if direction_W[axis] > 0.0 else 1]
 
@@ -291,10 +289,17 @@ def plan_strike(
     pi: Array,
     settings: Settings,
 ) -> Strike:
-    """Plans one blow with a tool of parameters pi about To in T, (10,).
+    """Plans one blow with a tool.
+
+    Args:
+        planned: Swings at all planned tip speeds.
+        hammer: Task.
+        model: Model of the arm.
+        pi: Parameters of the tool about To in T, (10,).
+        settings: Settings of the controller.
 
     Raises:
-        AffordanceError: If no swing is fast enough.
+        AffordanceError: No swing is fast enough.
     """
     if planned.infeasible_reason:
         raise AffordanceError(planned.infeasible_reason)
@@ -314,10 +319,10 @@ def plan_strike(
 def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
     """Plans a swing with a given tip speed, [m/s].
 
-    The search starts from a similar swing, or from scratch if that fails.
+    The search starts from a similar swing, if one is given. If that fails, it starts from scratch.
 
     Raises:
-        AffordanceError: If no swing within position and velocity limits strikes as demanded.
+        AffordanceError: No swing within the limits of angle and rate strikes as demanded.
     """
     if guess is not None:
         with contextlib.suppress(AffordanceError):
@@ -326,7 +331,7 @@ def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, gu
 
 
 def sample_swing(swing: Swing, control_period: float) -> PlannedMotion:
-    """Samples a swing every control period, with the mean acceleration over the period."""
+    """Samples a swing once per control period, with the mean acceleration over the period."""
     times: Array = control_period * np.arange(round(swing.duration / control_period) + 1.0)
     q, v, _ = swing.evaluate(times)
     return PlannedMotion(control_period, q[:-1], v[:-1], np.diff(v, axis=0) / control_period)

@@ -1,6 +1,6 @@
-"""Inner simulation: cost of a task under the belief for several options (paper, IV-C and IV-D).
+"""Inner simulation: cost of a task with each option under the belief (paper, IV-C and IV-D).
 
-A motion is planned once per option; from the motion, the task's cost follows for any density drawn from the belief.
+A motion is planned once per option. It gives the cost of the task for all densities that are drawn from the belief.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,21 +34,21 @@ class OptionCost(Protocol):
 
     @property
     def infeasible_reason(self) -> str:
-        """Reason why the option cannot do the task with any inertia. The text is empty if the option can do it."""
+        """Reason if the task is impossible with all inertias of the tool; otherwise empty."""
 
     def compute(self, pi: Array) -> Costs:
         """Computes the costs for inertial parameters pi, (S, 10)."""
 
     def compute_demand(self, pi: Array) -> Demand:
-        """Computes the largest loads on joints and grip for inertial parameters pi, (S, 10)."""
+        """Computes the peak loads on joints and grip for inertial parameters pi, (S, 10)."""
 
 
 class Draws(NamedTuple):
-    """Samples of a belief about N objects of M colours."""
+    """S samples of the belief about N objects and M colours."""
 
-    colours: tuple[Colour, ...]  # colours of all densities, (M,)
-    # Density of each object's parts of each colour, (S, N, M), [kg/m^3]; objects in the order in which options name
-    # them.
+    colours: tuple[Colour, ...]  # colour of each density, (M,)
+    # Density of each object's parts of each colour, (S, N, M), [kg/m^3]. Objects have the order of their first
+    # options.
     densities: Array
     used: NDArray[np.bool_]  # True if an object has parts of a colour, (N, M)
     parameters: Array  # inertial parameters of all options, (options, S, 10)
@@ -57,31 +57,38 @@ class Draws(NamedTuple):
 
 @runtime_checkable
 class TaskCostModel(Protocol):
-    """Task whose cost can be computed for any option."""
+    """Task with a cost for each option."""
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> OptionCost:
-        """Plans the task with a tool, whose parts are posed relative to the hand."""
+        """Plans the task with a tool.
+
+        Args:
+            model: Model of the arm; its state is changed.
+            parts: Parts of the tool, posed relative to the hand.
+            settings: Settings of the controller.
+        """
 
 
 def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settings = DEFAULT_SETTINGS) -> "Choice":
-    """Plans a task with every option.
+    """Plans a task with each option.
 
     Raises:
-        AffordanceError: If there is no option, two have the same name, or no motion can be planned with one.
-        ModelFileError: If the arm cannot be loaded.
+        AffordanceError: There is no option, two options have the same name, or no motion can be planned with one of
+            them.
+        ModelFileError: The arm cannot be loaded.
     """
     model = ArmModel(load_arm(settings.arm))
     return Choice(options, [task.build_cost(model, option.gripped, settings) for option in options], settings)
 
 
 class Choice:
-    """Choice between options for one task. Motions are planned once for all beliefs."""
+    """Choice between options for one task, with motions that are planned once for all beliefs."""
 
     def __init__(self, options: Sequence[Option], cost_models: Sequence[OptionCost], settings: Settings) -> None:
-        """Stores options, and the task's cost model for each.
+        """Stores the options with their cost models.
 
         Raises:
-            AffordanceError: If there is no option, or two have the same name.
+            AffordanceError: There is no option, or two options have the same name.
         """
         names = [option.name for option in options]
         if not names or len(set(names)) < len(names):
@@ -96,13 +103,13 @@ class Choice:
     def draw_parameters(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws inertial parameters of all options, (options, num_samples, 10).
 
-        Within a sample, a material's mean density is the same for all options. An object's own deviation from it, and
-        the errors of its features, are the same for all grips of the object.
+        Within a sample, all options share the mean densities of materials. All grips of an object share its
+        deviations from these means and the errors of its features.
         """
         return self.draw(memory, rng, num_samples).parameters
 
     def draw(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Draws:
-        """Draws densities and inertial parameters of all options; see ``draw_parameters``."""
+        """Draws densities and inertial parameters of all options (``draw_parameters``)."""
         memory, columns = self._find_columns(memory)
         geometries = self._measure(columns, memory.belief.size)
         objects = {
@@ -122,16 +129,16 @@ class Choice:
         return Draws(memory.colours, rho, used, self.grip(drawn), surprises)
 
     def add_colours(self, memory: MaterialMemory) -> MaterialMemory:
-        """Adds the colours of all objects to the memory, which fixes the order of their densities."""
+        """Adds the colours of all objects to the memory, and thereby determines the order of their densities."""
         return self._recognise(memory)[0]
 
     def compute_parameters(self, memory: MaterialMemory, rho: Array) -> Array:
-        """Computes the parameters of all options, (options, S, 10), from densities.
+        """Computes the inertial parameters of all options, (options, S, 10), from densities.
 
-        Densities are in the order of ``add_colours``.
-
-        Densities, (S, M), [kg/m^3], may omit colours that are new here. These get their expected values given the
-        other densities.
+        Args:
+            memory: Memory of the observer.
+            rho: Densities in the order of ``add_colours``, (S, M), [kg/m^3]. The last densities may be omitted; they
+                are replaced by their expectations given the other densities.
         """
         met, geometries = self._recognise(memory)
         given = rho.shape[1]
@@ -142,28 +149,29 @@ class Choice:
         return self.grip({object_name: rho @ geometry.Phi.T for object_name, geometry in geometries.items()})
 
     def compute_costs(self, pi: Array) -> Costs:
-        """Computes the costs of all options, (options, S) each. Parameters pi are (options, S, 10)."""
+        """Computes the costs of all options, (options, S) each, from parameters pi, (options, S, 10)."""
         costs = [cost_model.compute(parameters) for cost_model, parameters in zip(self.cost_models, pi, strict=True)]
         return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
 
     def compute_demands(self, pi: Array) -> Demand:
-        """Computes the loads of all options from pi, (options, S, 10).
+        """Computes the peak loads of all options from parameters pi, (options, S, 10).
 
-        The loads are (options, joints, S) and (options, S).
+        Joint loads are (options, num_joints, S), forces and moments (options, S).
         """
         demands = [cost_model.compute_demand(each) for cost_model, each in zip(self.cost_models, pi, strict=True)]
         return Demand(*(np.array(column) for column in zip(*demands, strict=True)))
 
     def _recognise(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, Geometry]]:
-        """Recognises every part of every object once.
+        """Recognises the parts of all objects.
 
-        Returns: The memory with their colours, and the geometries, whose columns are the colours of that memory.
+        Returns:
+            Memory with their colours, and geometry of each object, with a column for each colour of this memory.
         """
         memory, columns = self._find_columns(memory)
         return memory, self._measure(columns, memory.belief.size)
 
     def _find_columns(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, list[int]]]:
-        """Finds the column of every part in the belief of the returned memory."""
+        """Returns the memory with the colours of all parts, and the index of each part's colour in it."""
         indices: dict[str, list[int]] = {}
         for object_name, features in self._features.items():
             indices[object_name] = []
@@ -173,17 +181,17 @@ class Choice:
         return memory, indices
 
     def _measure_parts(self, name: str) -> Geometry:
-        """Computes the geometry of an object with a column for each part."""
+        """Computes the geometry of an object, with a column for each part."""
         return measure_geometry(self._features[name], range(len(self._features[name])), len(self._features[name]))
 
     def _measure(self, columns: Mapping[str, list[int]], size: int) -> dict[str, Geometry]:
-        """Computes the geometry of every object."""
+        """Computes the geometry of each object, with a column for each colour."""
         return {
             object_name: measure_geometry(features, columns[object_name], size)
             for object_name, features in self._features.items()
         }
 
     def grip(self, parameters: Mapping[str, Array]) -> Array:
-        """Converts parameters from object frames to all options, (options, S, 10)."""
+        """Converts parameters from the frames of objects to the grip frames of all options, (options, S, 10)."""
         grips = zip(self.options, self._grip_maps, strict=True)
         return np.array([parameters[option.object_name] @ grip_map.T for option, grip_map in grips])

@@ -1,4 +1,4 @@
-"""Lists the options of tools from one observation, from drawings or from pictures."""
+"""Lists the options of tools from an observation or a drawing."""
 
 from collections.abc import Sequence
 
@@ -18,12 +18,12 @@ def list_options(
     seed: Seed = 0,
     eye: Eye | None = None,
 ) -> tuple[Option, ...]:
-    """Observes a tool once and lists one option per grip.
+    """Observes a tool, and returns one option per grip.
 
     Args:
         tool: Tool to be observed.
-        error: Standard deviations of the errors that are added to true features.
-        seed: Seed of these errors, or of the eye's errors.
+        error: Standard deviations of errors that are added to the true features.
+        seed: Seed of these errors, or of the errors of ``eye``.
         eye: Function that measures the features; None for true features with errors.
 
     Raises:
@@ -38,16 +38,16 @@ def list_options(
 
 
 def list_drawn_options(tools: Sequence[Tool]) -> list[Option]:
-    """Lists the options of drawn tools, with the errors of a drawing."""
+    """Lists the options of tools from their drawings, with the errors of drawings."""
     return [option for tool in tools for option in list_grips(tool, measure_drawing(tool))]
 
 
 def seed_observation(tool: Tool, seed: Seed) -> list[int]:
-    """Returns the seed for observing a candidate tool. Seeds differ between tools."""
+    """Returns the seed for the observation of a tool, which differs between tools."""
     return [*check_seed(seed), Stream.OBSERVATION, *tool.name.encode()]
 
 
 def list_grips(tool: Tool, features: tuple[ComponentFeatures, ...]) -> tuple[Option, ...]:
-    """Lists the options of a tool with given features, one option per grip."""
+    """Returns one option per grip of a tool, with given features."""
     grips = tool.grips or (Grip("", np.eye(4)),)
     return tuple(Option(tool.name, grip.name, features, grip.X_TG) for grip in grips)

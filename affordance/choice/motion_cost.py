@@ -1,8 +1,8 @@
-"""Cost of a planned motion for thousands of inertias at once.
+"""Computes the cost of a planned motion for thousands of inertias at once.
 
-A plan of least angular acceleration consists of joint accelerations. As long as no torque limit is active, it does
-not depend on the believed inertia of the tool; only its torques do, linearly in the inertial parameters
-(wrench_regressor.py). One kinematic roll-out therefore serves all inertias, and one matrix product their torques.
+A motion with minimal joint accelerations does not depend on the inertia of the tool if no torque limit is active. Its
+torques are linear in the inertial parameters (wrench_regressor.py). One kinematic roll-out and one matrix product
+therefore give the torques for all inertias.
 """
 
 import copy
@@ -24,16 +24,14 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.chain_plant import build_chain
 from affordance.settings import Settings
 
-# Number of quadrature nodes along a motion, with which the midpoint rule has an error below 0.1 %
-# (tests/choice/test_reach.py).
+# Number of nodes of the midpoint rule along a motion; its error is below 0.1 % (tests/choice/test_reach.py).
 NUM_NODES = 50
-# Between the times at which peaks are looked for, torques are straight lines to this fraction of their largest
-# values. Peaks then differ from those over all control periods by less than 0.1 % (tests/choice/test_motion_cost.py).
+# Peak loads are searched at a subset of times. Between these times, torques deviate from straight lines by at most
+# this fraction of their maxima. The error of peak loads is below 0.1 % (tests/choice/test_motion_cost.py).
 _STRAIGHT = 0.01
-# Number of samples whose torques are in memory at a time. For 50 nodes and 7 joints they take 6 MB, which fits into
-# caches.
+# Number of samples whose torques are computed at a time. For 50 nodes and 7 joints, 6 MB of torques fit into caches.
 _CHUNK = 2000
-# A joint counts as being at a limit within this distance of an angle limit, [rad], or above this fraction of a rate
+# A joint is at a limit if it is within this distance of an angle limit, [rad], or above this fraction of a rate
 # limit.
 _NEAR, _SHARE = 0.02, 0.98
 
@@ -50,22 +48,22 @@ class PlannedMotion(NamedTuple):
 class Costs(NamedTuple):
     """Costs of a motion for each of S inertias."""
 
-    # Absolute work of the joints, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4): braking costs as much
-    # as driving, and no energy is recovered.
+    # Absolute work of the joints, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4). Negative work has the
+    # same cost as positive work; no energy is recovered.
     work: Array
     effort: Array  # integral of |tau|^2 dt, (S,), [N^2 m^2 s]
-    feasible: NDArray[np.bool_]  # True if the motion does the task and every torque is within its limit, (S,)
-    cost: Array  # cost with the measure of the settings, by which options are compared, (S,); work by default
+    feasible: NDArray[np.bool_]  # True if the motion accomplishes the task within all torque limits, (S,)
+    cost: Array  # cost by which options are compared, according to the settings, (S,); work by default
 
     @classmethod
     def of_nothing(cls, num_samples: int) -> "Costs":
-        """Returns infinite costs, for a motion that is infeasible whatever the inertia."""
+        """Returns infinite costs, for an impossible motion."""
         nothing = np.full(num_samples, np.inf)
         return cls(nothing, nothing, np.zeros(num_samples, dtype=bool), nothing)
 
 
 class Load(NamedTuple):
-    """Costs of a motion and its largest relative torque for S inertias, (S,) each. Units are as in `Costs`."""
+    """Costs and largest relative torque of a motion for S inertias, (S,) each, with units as in ``Costs``."""
 
     work: Array
     effort: Array
@@ -74,12 +72,10 @@ class Load(NamedTuple):
 
 
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
-    """Plans a motion by simulating the controller on a double integrator. The motion starts at rest.
-
-    Torque limits are ignored.
+    """Plans a motion from rest by simulating the controller with a double integrator, without torque limits.
 
     Raises:
-        NoPlanError: If the controller finds no plan.
+        NoPlanError: The controller finds no plan.
     """
     unbounded = np.full_like(model.arm.limits.tau_max, np.inf)
     limits = model.arm.shrink_limits(settings.angle_margin, task.q_start)._replace(tau_max=unbounded)
@@ -111,10 +107,14 @@ class MotionCost:
         infeasible_reason: str = "",
         measure: CostMeasure = CostMeasure.WORK,
     ) -> None:
-        """Computes torques at the nodes, at most one per control period, and where in the motion they can peak.
+        """Computes the torques along the motion as linear functions of the inertial parameters.
 
-        If ``infeasible_reason`` is given, the motion does not do the task, whatever the tool. The model's state and
-        payload are changed.
+        Args:
+            model: Model of the arm; its state and payload are changed.
+            motion: Planned motion.
+            num_nodes: Number of quadrature nodes, limited to one per control period.
+            infeasible_reason: Reason if the motion cannot accomplish the task with any tool; otherwise empty.
+            measure: Cost measure.
         """
         self._measure = measure
         self.motion = motion
@@ -130,7 +130,8 @@ class MotionCost:
         at_middles = self._compute_torques(model, middles)
         turns = _find_turns(at_middles.reshape(num_ticks, -1))
         self._peak_nodes = tuple(each[turns] for each in middles)
-        # Torques, linear in [pi, 1], with rows stacked by node and joint; those for peaks relative to their limits.
+        # Torques for quadrature, and torques relative to their limits for peaks. Both are linear in [pi, 1] and have
+        # one row per node and joint.
         tau_max = model.arm.limits.tau_max
         self._torques = torques.reshape(-1, NUM_PARAMETERS + 1)
         self._loads = (at_middles[turns] / tau_max[:, None]).reshape(-1, NUM_PARAMETERS + 1)
@@ -141,7 +142,7 @@ class MotionCost:
         self._effort = weight * self._torques.T @ self._torques
 
     def _compute_torques(self, model: ArmModel, states: tuple[Array, Array, Array]) -> Array:
-        """Computes the torques at N states, linear in [pi, 1], (N, num_joints, 11), [N m]."""
+        """Computes the coefficients of the torques, [N m], at N states, linear in [pi, 1], (N, num_joints, 11)."""
         q, v, vdot = states
         tau_arm = np.empty_like(v)
         for node in range(len(q)):
@@ -156,7 +157,7 @@ class MotionCost:
         return q_start
 
     def measured_by(self, measure: CostMeasure) -> "MotionCost":
-        """Returns the costs under another cost measure."""
+        """Returns a copy with another cost measure."""
         other = copy.copy(self)
         other._measure = measure
         return other
@@ -167,7 +168,7 @@ class MotionCost:
         return Costs(work, effort, (load <= 1.0) & (not self.infeasible_reason), cost)
 
     def compute_load(self, pi: Array) -> Load:
-        """Computes the costs, and the largest torque relative to its limit; see ``compute``."""
+        """Computes the costs and the largest relative torque for parameters pi, (S, 10)."""
         known = np.column_stack([pi, np.ones(len(pi))])
         effort = ((known @ self._effort) * known).sum(axis=1)
         work, load = np.empty((2, len(pi)))
@@ -187,7 +188,7 @@ class MotionCost:
         return Load(work, effort, cost, load)
 
     def compute_joint_loads(self, pi: Array) -> Array:
-        """Computes each joint's largest relative torque, (num_joints, S); see ``compute``."""
+        """Computes the largest relative torque of each joint, (num_joints, S), for parameters pi, (S, 10)."""
         known = np.column_stack([pi, np.ones(len(pi))])
         num_joints = self.motion.q.shape[1]
         greatest = np.empty((num_joints, len(pi)))
@@ -199,7 +200,7 @@ class MotionCost:
         return greatest
 
     def compute_demand(self, pi: Array) -> Demand:
-        """Computes the largest loads on joints and grip; see ``compute``."""
+        """Computes the peak loads on joints and grip for parameters pi, (S, 10)."""
         return Demand(self.compute_joint_loads(pi), *compute_grip_peaks(self._wrench_regressors, pi))
 
     @functools.cached_property
@@ -208,7 +209,7 @@ class MotionCost:
 
 
 def _compute_states(motion: PlannedMotion, moments: NDArray[np.floating]) -> tuple[Array, Array, Array]:
-    """Computes angles, rates and accelerations at N times, in control periods, (N, num_joints) each."""
+    """Computes angles, rates and accelerations, (N, num_joints) each, at times in units of control periods, (N,)."""
     ticks = moments.astype(int)
     since = motion.control_period * (moments - ticks)[:, None]
     vdot = motion.vdot[ticks]
@@ -217,9 +218,9 @@ def _compute_states(motion: PlannedMotion, moments: NDArray[np.floating]) -> tup
 
 
 def _find_turns(curve: Array) -> NDArray[np.intp]:
-    """Finds the corners of a piecewise straight curve, (K, M) (Douglas and Peucker 1973).
+    """Finds the rows of a curve, (K, M), that approximate it by straight lines (Douglas and Peucker 1973).
 
-    The deviation between corners is at most ``_STRAIGHT`` of each column's largest absolute value.
+    Deviations are at most the fraction ``_STRAIGHT`` of each column's largest absolute value.
     """
     curve = curve / np.maximum(np.abs(curve).max(axis=0), np.finfo(float).tiny)
     kept, spans = {0, len(curve) - 1}, [(0, len(curve) - 1)]
@@ -239,7 +240,7 @@ def _find_turns(curve: Array) -> NDArray[np.intp]:
 
 
 def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:
-    """Describes the joint that is at a limit in a row of a motion."""
+    """Describes which joint is at a limit in a row of a motion."""
     q, v, limits = motion.q[row], motion.v[row], arm.limits
     gaps = np.minimum(q - limits.q_lower, limits.q_upper - q)
     joint = int(np.argmin(gaps))
@@ -255,14 +256,12 @@ def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:
 
 
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:
-    """Computes absolute work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a logged motion.
+    """Computes absolute work, [J], and the integral of |tau|^2 dt, [N^2 m^2 s], from a log.
 
-    The log has a row per control period.
-
-    Over a control period, torques are constant and velocities are almost linear in time.
+    The log has one row per control period. Velocities are assumed to be linear in time within a period.
 
     Args:
-        tau: Torques over the period that ends at each time, (N, num_joints), [N m]; the first row is ignored.
+        tau: Constant torques of the period before each row, (N, num_joints), [N m]; the first row is ignored.
         v: Joint velocities, (N, num_joints), [rad/s].
         control_period: Control period, [s].
     """

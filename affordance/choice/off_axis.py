@@ -1,7 +1,6 @@
-"""Sensitivity of a task's work to the position of tool parts.
+"""Computes the sensitivity of a task's work to the positions of tool parts.
 
-If it is large, as for a posture near a singularity, choices depend more on the positions of the parts than on their
-materials.
+If the sensitivity is large, for example near a singularity, choices depend more on positions than on materials.
 """
 
 import contextlib
@@ -20,10 +19,7 @@ SHIFT = 2e-3
 
 
 def list_shifted(tool: Tool) -> Iterator[Tool]:
-    """Yields copies of a tool with one part moved by SHIFT along an axis of T.
-
-    There are six copies per part, for three axes and two directions.
-    """
+    """Yields copies of a tool in which one part is moved by SHIFT in either direction along an axis of T."""
     for index, part in enumerate(tool.components):
         for axis in range(3):
             for sign in (1.0, -1.0):
@@ -35,13 +31,17 @@ def list_shifted(tool: Tool) -> Iterator[Tool]:
 
 
 def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip) -> float:
-    """Computes the largest relative change of work with a grip, over shifted tools (``list_shifted``).
+    """Computes the largest relative change of work over shifted copies of a tool (``list_shifted``).
 
-    ``compute_work`` computes the work with a gripped tool, [J]. Shifted tools with which the arm cannot do the task,
-    for instance because of a joint limit, are ignored.
+    Copies with which the task is impossible, for example because of a joint limit, are ignored.
+
+    Args:
+        compute_work: Function that computes the work with a gripped tool, [J].
+        tool: Tool.
+        grip: Grip of the tool.
 
     Raises:
-        AffordanceError: If the arm cannot do the task with the unshifted tool.
+        AffordanceError: The task is impossible with the unshifted tool.
     """
     work = compute_work(tool.gripped_by(grip))
     changes = [0.0]
@@ -54,7 +54,7 @@ def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip
 def measure_changes(
     compute_work: Callable[[Tool], float], tools: Sequence[Tool], *, jobs: int, description: str
 ) -> dict[str, float]:
-    """Computes the largest ``measure_change`` over the grips of each tool, in parallel."""
+    """Computes the largest change of work (``measure_change``) over the grips of each tool, in parallel."""
     tasks = [partial(measure_change, compute_work, tool, grip) for tool in tools for grip in tool.grips]
     done = iter(run_tasks(tasks, jobs=jobs, description=description))
     return {tool.name: max(next(done) for _ in tool.grips) for tool in tools}

@@ -1,4 +1,4 @@
-"""Options of a choice: objects in grips, described by their observed features."""
+"""Options of a choice: objects with their observed features, each in one grip."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,8 +11,8 @@ from affordance.objects.inertia import parameters_from_pseudo_inertia
 from affordance.objects.tool import Tool, Weighing
 from affordance.vision.features import ComponentFeatures
 
-# Grips are alike if the places and sizes of all parts in the hand differ by at most this, [m], the accuracy to which
-# drawings and meshes are symmetric.
+# Largest difference in positions and sizes of parts in the hand between equivalent grips, [m]. Drawings and meshes
+# are symmetric to this accuracy.
 _ALIKE = 1e-4
 
 
@@ -23,10 +23,10 @@ class Option:
     Attributes:
         object_name: Name of the object; all options of an object have the same parts.
         grip: Name of the grip; empty if there is only one.
-        features: Observed features of the object's components, in the object's frame T, the same for all its grips.
-        X_TG: Pose of the grip G, which coincides with the hand frame, in the object's frame, shape (4, 4).
-        weighings: Measured masses of the object, or of some of its parts, which are indices of features.
-        alike: Names of grips that are equivalent to this one by symmetry, and that it stands for.
+        features: Observed features of the object's parts in the object's frame T, equal for all grips of the object.
+        X_TG: Pose of the grip frame G, which coincides with the hand frame, in T, shape (4, 4).
+        weighings: Measured masses of the object or of some of its parts, which are given as indices of features.
+        alike: Names of other grips that are equivalent by symmetry.
     """
 
     object_name: str
@@ -37,7 +37,11 @@ class Option:
     alike: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Stores a read-only copy of the pose. A pose that is not a rigid transform raises a BadArgumentError."""
+        """Stores a read-only copy of the pose.
+
+        Raises:
+            BadArgumentError: The pose is not a rigid transform.
+        """
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
     def __repr__(self) -> str:
@@ -45,12 +49,12 @@ class Option:
 
     @property
     def name(self) -> str:
-        """Name of the object, with the grip if it has more than one."""
+        """Name of the object, followed by the name of the grip if there are several."""
         return f"{self.object_name} by {self.grip}" if self.grip else self.object_name
 
     @property
     def gripped(self) -> tuple[ComponentFeatures, ...]:
-        """Features of the object's components, posed relative to the hand."""
+        """Features of the object's parts, posed relative to the hand."""
         X_GT = np.linalg.inv(self.X_TG)
         return tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.features)
 
@@ -58,7 +62,7 @@ class Option:
 def add_weighings(options: Sequence[Option], tools: Sequence[Tool]) -> list[Option]:
     """Adds the weighings of tools to their options.
 
-    Weighings of parts are added only if the option distinguishes all parts.
+    Weighings of parts are added only if the features of the option distinguish all parts.
     """
     by_name = {tool.name: tool for tool in tools}
     weighed = []
@@ -71,9 +75,10 @@ def add_weighings(options: Sequence[Option], tools: Sequence[Tool]) -> list[Opti
 
 
 def merge_alike(options: Sequence[Option]) -> list[Option]:
-    """Merges equivalent grips of an object into its first option. Grips are equivalent by symmetry.
+    """Merges options of an object whose grips are equivalent by symmetry.
 
-    The object then has the same parts and striking faces in the hand, so that they cost the same in any task.
+    Equivalent grips have the same parts and striking faces in the hand, and thus the same cost in any task. The first
+    option remains.
     """
     merged: dict[str, tuple[Option, list[Array]]] = {}
     for option in options:
@@ -88,17 +93,14 @@ def merge_alike(options: Sequence[Option]) -> list[Option]:
 
 
 def _describe_form(parts: Sequence[ComponentFeatures]) -> list[Array]:
-    """Describes an object's form in the hand as arrays of rows.
-
-    Rows are parts with their colours, and striking faces.
-    """
+    """Describes an object in the hand by an array of parts with their colours, and an array of striking faces."""
     rows, faces = [], []
     for part in parts:
         J_E, turned = part.shape.unit_pseudo_inertia(), part.X_TE.copy()
         turned[:3, 3] = 0.0
         m, *first = parameters_from_pseudo_inertia(part.X_TE @ J_E @ part.X_TE.T)[:4]
         moments = parameters_from_pseudo_inertia(turned @ J_E @ turned.T)[4:] / m
-        # Divided by twice its root, a second moment differs by as much as the lengths do.
+        # Division by twice the root converts differences in second moments to differences in lengths.
         lengths = moments / (2.0 * np.sqrt(moments[:3].sum()))
         rows.append([*(np.array(first) / m), *lengths, np.cbrt(m), *part.colour])
         R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
@@ -107,7 +109,7 @@ def _describe_form(parts: Sequence[ComponentFeatures]) -> list[Array]:
 
 
 def _is_one_form(one: Sequence[Array], other: Sequence[Array]) -> bool:
-    """Returns True if two forms have the same rows in any order."""
+    """Returns True if two descriptions have the same rows in any order."""
     for rows, others in zip(one, other, strict=True):
         left = list(others)
         for row in rows:

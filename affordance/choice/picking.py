@@ -1,4 +1,4 @@
-"""Rules that pick an option from its costs for samples of a belief."""
+"""Decision rules that choose an option from costs for samples of a belief."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,16 +9,18 @@ from affordance.choice.motion_cost import Costs
 
 type Chosen = NDArray[np.intp]
 
-# Costs that differ by less than this fraction count as equal, because the difference is rounding.
+# Relative difference below which costs count as equal, because of rounding errors.
 TIE = 1e-9
 NO_OPTION = -1
-# Default probability with which an option must be feasible to be usable: the level of the 95 % intervals used
-# throughout.
+# Default for the smallest probability of feasibility with which an option is usable.
 MIN_FEASIBILITY = 0.95
 
 
 def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
-    """Picks the cheapest feasible option for each sample, (S,), or NO_OPTION. Ties are broken at random."""
+    """Picks the cheapest feasible option for each sample, (S,), with random choice between ties.
+
+    The result is NO_OPTION for samples without a feasible option.
+    """
     cost = np.where(costs.feasible, costs.cost, np.inf)
     least = cost.min(axis=0)
     equal = costs.feasible & (cost <= least * (1.0 + TIE))
@@ -28,10 +30,15 @@ def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
 
 
 def find_chosen(cost: Array, feasible: NDArray[np.bool_], criterion: Criterion) -> int:
-    """Finds the option that a ranking puts first. Costs and feasibility are those of k options for S samples, (k, S).
+    """Finds the usable option with the least cost by a criterion; the first wins a tie.
 
-    This is the usable option of least cost by the criterion, and the first of equals. The result is NO_OPTION if none
-    is usable.
+    Args:
+        cost: Costs of k options for S samples, (k, S).
+        feasible: True where an option is feasible, (k, S).
+        criterion: Criterion, which determines whether means or quantiles are compared.
+
+    Returns:
+        Index of the option, or NO_OPTION if no option is usable.
     """
     usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
     if not usable.any():

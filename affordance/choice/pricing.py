@@ -1,4 +1,4 @@
-"""Computes costs of options by a criterion. Motions are planned once per process."""
+"""Computes costs of options by a criterion, with a cache of planned motions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,13 +20,13 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
-# Lever that converts a moment at the grip to a force, [m]. A round pad of radius r whose friction holds a force F
-# holds a moment 2/3 r F (uniform pressure; Howe & Cutkosky 1996, Int. J. Robotics Research 15:557); r = 0.03 m.
+# Lever that converts a moment at the grip to a force, [m]. If friction on a round pad of radius r withstands a force
+# F, it withstands a moment of 2/3 r F (uniform pressure; Howe & Cutkosky 1996, Int. J. Robotics Research 15:557); r =
+# 0.03 m.
 GRIP_LEVER = 0.02
-# Number of planned motions in the cache, enough for a workshop's tools and a few tasks. Each takes 0.1 MB, a blow
-# 2 MB.
+# Largest number of planned motions in the cache. A motion takes 0.1 MB, a blow 2 MB.
 _MOST_PLANS = 128
-# Quantiles at the ends of the 90 % interval; peaks are compared by the upper one.
+# Quantiles at the ends of the 90 % interval; peak loads are compared by the upper quantile.
 _LEVELS = (0.05, 0.95)
 
 
@@ -44,12 +44,12 @@ class GripBounds:
 
     @property
     def lever(self) -> float:
-        """Lever that converts a moment to a force, [m]. The lever is the ratio of the bounds if both are given."""
+        """Lever that converts a moment to a force, [m]: the ratio of both bounds, or a default value."""
         both = np.isfinite(self.force) and np.isfinite(self.moment)
         return self.moment / self.force if both else GRIP_LEVER
 
     def admit(self, force: Array, moment: Array) -> NDArray[np.bool_]:
-        """Returns True where force, [N], and moment, [N m], are within the bounds. All arrays have the same shape."""
+        """Returns a mask that is True where force, [N], and moment, [N m], are within the bounds."""
         return (force <= self.force) & (moment <= self.moment)
 
 
@@ -62,7 +62,7 @@ class Amount(NamedTuple):
 
     @classmethod
     def of(cls, samples: Array) -> "Amount":
-        """Summarises samples, (S,). The amount is infinite if any sample is not finite."""
+        """Computes mean and interval of samples, (S,). All are infinite if any sample is not finite."""
         if not np.isfinite(samples).all():
             return cls(np.inf, np.inf, np.inf)
         low, high = np.quantile(samples, _LEVELS)
@@ -73,7 +73,7 @@ _UNKNOWN = Amount(np.nan, np.nan, np.nan)
 
 
 class Amounts(NamedTuple):
-    """Costs and largest loads of an option. Loads are NaN if they were not computed."""
+    """Costs and peak loads of an option under the belief. Loads are NaN if they were not computed."""
 
     work: Amount  # absolute work of the joints, [J]
     effort: Amount  # integral of |tau|^2 dt, [N^2 m^2 s]
@@ -85,7 +85,13 @@ class Amounts(NamedTuple):
 
     @classmethod
     def of(cls, costs: Costs, demand: Demand | None, joint_names: Sequence[str]) -> "Amounts":
-        """Summarises the samples of one option."""
+        """Computes the amounts from samples of one option.
+
+        Args:
+            costs: Costs for S samples.
+            demand: Peak loads for these samples; None if they were not computed.
+            joint_names: Names of the joints.
+        """
         work, effort, cost = (Amount.of(each) for each in (costs.work, costs.effort, costs.cost))
         if demand is None:
             return cls(work, effort, cost)
@@ -95,7 +101,7 @@ class Amounts(NamedTuple):
         return cls(work, effort, cost, margin, force, moment, joint_names[worst])
 
     def name_excess(self, bounds: GripBounds) -> str:
-        """Names the most exceeded limit at the 95 % quantile of the loads."""
+        """Describes the limit that the 95 % quantiles of the loads exceed by the largest factor."""
         margin, force, moment = self.margin.p95, self.force.p95, self.moment.p95
         excess = {
             f"{self.joint} must bear {margin:.3g} times its torque limit": margin,
@@ -109,10 +115,7 @@ class Amounts(NamedTuple):
 
 
 def explain_excess(plan: OptionCost, pi: Array, bounds: GripBounds, joint_names: Sequence[str]) -> str:
-    """Explains why an option is infeasible for parameters pi, (S, 10).
-
-    The reason is its motion, or the limit that it exceeds.
-    """
+    """Explains why an option is infeasible for parameters pi, (S, 10): its motion fails, or a limit is exceeded."""
     if plan.infeasible_reason:
         return plan.infeasible_reason
     return Amounts.of(plan.compute(pi), plan.compute_demand(pi), joint_names).name_excess(bounds)
@@ -121,10 +124,19 @@ def explain_excess(plan: OptionCost, pi: Array, bounds: GripBounds, joint_names:
 def price_options(
     choice: Choice, pi: Array, criterion: Criterion = Criterion.WORK, bounds: GripBounds | None = None
 ) -> tuple[Costs, Demand | None]:
-    """Computes costs by a criterion, and loads, of all options for pi, (options, S, 10).
+    """Computes costs by a criterion, and peak loads, of all options.
 
-    Without bounds the gripper can hold everything. Loads, which take more than half of the time, are then computed
-    only if the criterion uses them.
+    Peak loads take more than half of the time. They are computed only if there are bounds or the criterion uses
+    loads.
+
+    Args:
+        choice: Options with planned motions.
+        pi: Inertial parameters, (options, S, 10).
+        criterion: Criterion.
+        bounds: Largest wrench that the gripper can hold; None for no bound.
+
+    Returns:
+        Costs, and peak loads or None.
     """
     costs = choice.compute_costs(pi)
     if bounds is None and not criterion.is_peak:
@@ -139,23 +151,27 @@ def price_options(
 
 
 def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Settings) -> Choice:
-    """Plans a task with every option, once per process. Options that cannot be planned have infinite cost.
+    """Plans a task with each option, and caches the plans. Options without a feasible plan have infinite cost.
 
     Raises:
-        AffordanceError: If there is no option, or two have the same name.
-        ModelFileError: If the arm cannot be loaded.
+        AffordanceError: There is no option, or two options have the same name.
+        ModelFileError: The arm cannot be loaded.
     """
     arm = load_arm(settings.arm)
     return Choice(options, [plan_once(task, option.gripped, settings, arm) for option in options], settings)
 
 
 def plan_once(task: TaskCostModel, parts: Sequence[PosedShape], settings: Settings, arm: Arm) -> OptionCost:
-    """Plans a task with a tool's parts, or returns the cached plan.
+    """Plans a task with a tool, or returns the cached plan for the same task, geometry, settings and arm.
 
-    Plans are shared by equal task, geometry, settings and arm.
+    If no motion can be planned, the cost is infinite and contains the reason.
 
-    The parts are posed relative to the hand. Geometries are equal if the parts have equal shapes, poses and striking
-    faces. If no motion can be planned, the cost is infinite and contains the reason.
+    Args:
+        task: Task.
+        parts: Parts of the tool, posed relative to the hand. Geometries are equal if all shapes, poses and striking
+            faces are equal.
+        settings: Settings of the controller.
+        arm: Arm.
     """
     form = [
         (each.shape, each.X_TE.tobytes(), *((face.p_EQ.tobytes(), face.normal_E.tobytes()) for face in each.strikes))
@@ -166,7 +182,7 @@ def plan_once(task: TaskCostModel, parts: Sequence[PosedShape], settings: Settin
 
 @dataclass(frozen=True)
 class _Work:
-    """Task with a gripped tool, compared only by its key."""
+    """Task with a gripped tool, as a key of the cache. Only ``key`` is compared."""
 
     key: tuple[object, ...]
     task: TaskCostModel = field(compare=False)
@@ -183,7 +199,7 @@ def _plan(work: _Work, settings: Settings, arm: Arm) -> OptionCost:
 
 @dataclass(frozen=True)
 class _Impossible:
-    """Infinite cost of an option without any possible motion."""
+    """Infinite cost of an option for which no motion can be planned."""
 
     infeasible_reason: str
     num_joints: int

@@ -1,9 +1,9 @@
-"""Ranks objects and grips by the cost of a task.
+"""Ranks objects and grips by the expected cost of a task.
 
-The paper's rule draws one density from the belief and takes the option that is cheapest for it. The Bayes decision
-rule takes the option of least expected work. Effort is also compared by its expectation. Peaks (the fraction of a
-torque limit, and the wrench at the grip) are compared by their 95 % quantile under the belief, because rare heavy
-tools slip or overload a joint.
+Work and effort are compared by their expectation under the belief (Bayes decision rule). Peak loads are compared by
+their 95 % quantile, because rare heavy tools slip or overload a joint. Peak loads are the largest fraction of a
+torque limit and the largest wrench at the grip. The rule of the paper draws one density from the belief instead, and
+chooses the cheapest option for this density.
 """
 
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ from affordance.plant.serial_chain import ArmOwner
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 _NUM_SAMPLES = Whole(1, 100_000)
-# Options cost the same if their costs differ by at most this fraction, about the error of the costs themselves.
+# Relative difference below which two costs count as equal; the costs have numerical errors of about this size.
 SAME = 1e-3
 
 
@@ -40,16 +40,16 @@ class RankedOption(NamedTuple):
 
     Attributes:
         option: Ranked option.
-        samples: Costs for each of S samples, with the same densities for all options, (S,) each. If a torque limit
-            would be exceeded, they are the costs of the motion without this limit.
-        amounts: Means and 90 % intervals of costs, and also of loads if a bound was given or the criterion uses them.
-        cost: Cost by the criterion, which orders the options: the mean or, for a peak, the 95 % quantile.
+        samples: Costs for S samples, which have the same densities for all options, (S,) each. If a motion exceeds a
+            torque limit, its costs ignore this limit.
+        amounts: Means and 90 % intervals of costs. Loads are included if a bound was given or the criterion uses
+            them.
+        cost: Cost by the criterion, which determines the order: the mean or, for peak loads, the 95 % quantile.
         p_best: Probability that the option is the cheapest.
-        p_feasible: Probability that the option is feasible: that it does the task within the limits of torque and
-            grip.
-        infeasible_reason: Reason why the option is not usable: it cannot do the task, or its probability of being
-            feasible is too low; empty if it is usable.
-        q_start: Joint angles at the start of the task, (num_joints,), [rad]; empty if nothing could be planned.
+        p_feasible: Probability that the option accomplishes the task within the limits of torque and grip.
+        infeasible_reason: Reason if the option is not usable: the task is impossible, or ``p_feasible`` is too low.
+            Empty if the option is usable.
+        q_start: Joint angles at the start of the task, (num_joints,), [rad]; empty if no motion could be planned.
         p_best_of_tool: Probability that the option is the cheapest grip of its tool; NaN unless computed.
     """
 
@@ -74,7 +74,7 @@ class RankedOption(NamedTuple):
 
     @property
     def works(self) -> Array:
-        """Work for each sample, (S,), [J]; infinite where the option is infeasible."""
+        """Work for each sample, (S,), [J]; infinite if the option is infeasible."""
         return np.where(self.samples.feasible, self.samples.work, np.inf)
 
     @property
@@ -84,15 +84,15 @@ class RankedOption(NamedTuple):
 
 
 class Ranking(NamedTuple):
-    """Options in order of expected cost, with the unusable options last.
+    """Options in order of cost, with unusable options last.
 
     Attributes:
-        ranked: Usable options in order of cost, exact ties in random order; then the unusable ones, which are never
-            chosen, also in order of cost.
+        ranked: Usable options in order of cost, with exact ties in random order, followed by unusable options in
+            order of cost. Unusable options are never chosen.
         num_usable: Number of usable options.
-        min_feasibility: Smallest probability of being feasible with which an option is usable.
+        min_feasibility: Smallest ``p_feasible`` of a usable option.
         p_none: Probability that no option is feasible.
-        flips: True if another option has the least expected integral of the squared torques.
+        flips: True if a comparison by effort, the integral of the squared torques, prefers another option.
         criterion: Criterion by which options are compared.
 
     Example:
@@ -131,7 +131,7 @@ class Ranking(NamedTuple):
 
     @property
     def best(self) -> RankedOption:
-        """Option of least expected cost (the Bayes decision rule).
+        """Option with the least cost (Bayes decision rule).
 
         Raises:
             AffordanceError: No option is usable.
@@ -143,7 +143,7 @@ class Ranking(NamedTuple):
 
     @property
     def ties(self) -> tuple[RankedOption, ...]:
-        """Usable options whose cost equals the best option's, within ``SAME`` of it."""
+        """Usable options other than the best whose cost is equal within the fraction ``SAME``."""
         usable = self.ranked[1 : self.num_usable]
         return tuple(each for each in usable if each.cost <= self.best.cost * (1.0 + SAME))
 
@@ -161,25 +161,24 @@ def rank(
     criterion: Criterion = Criterion.WORK,
     bounds: GripBounds | None = None,
 ) -> Ranking:
-    """Ranks objects and grips by the expected cost of a task with them.
+    """Ranks objects and grips by the expected cost of a task.
 
     Args:
-        options: Options to choose from, at least one; they differ in object, grip, or both.
+        options: At least one option; options differ in object, grip, or both.
         task: Task, such as Reach.
         belief: Belief about materials. Unknown materials have the prior of the settings.
-        settings: Settings of arm, prior and controller.
+        settings: Settings of arm, prior and controller, including the measure of work.
         robot: Robot whose arm does the task; None for the arm of the settings.
-        num_samples: Number of densities drawn from the belief.
-        seed: Seed of the random draws: a whole number, or several.
-        min_feasibility: Smallest probability of being feasible with which an option is usable.
-        criterion: Criterion by which options are compared, as a member or its name; the settings define how work is
-            measured.
-        bounds: Largest wrench that the gripper can hold. With None it can hold everything, and loads on joints and
-            grip are computed only if the criterion uses them.
+        num_samples: Number of samples from the belief.
+        seed: Seed of the random draws: one or several integers.
+        min_feasibility: Smallest probability of feasibility with which an option is usable.
+        criterion: Criterion by which options are compared, or its name.
+        bounds: Largest wrench that the gripper can hold. None sets no bound; loads on joints and grip are then
+            computed only if the criterion uses them.
 
-    Returns: Options in order of cost. If the task is a blow and some tools have a striking face, those without one
-        are left out. Grips that are equivalent by symmetry are one option, with the names of the others in its
-        ``alike``.
+    Returns:
+        Options in order of cost. If the task is a blow and some tools have a striking face, tools without a striking
+        face are not ranked. Grips that are equivalent by symmetry form one option, whose ``alike`` lists the others.
 
     Raises:
         BadArgumentError: An argument has the wrong type or is out of bounds.
@@ -217,10 +216,10 @@ def rank_options(
     criterion: Criterion = Criterion.WORK,
     bounds: GripBounds | None = None,
 ) -> Ranking:
-    """Ranks options whose motions are already planned; see ``rank``.
+    """Ranks options whose motions are already planned (``rank``).
 
     Raises:
-        BadArgumentError: If the number of samples is out of bounds, or ``min_feasibility`` is not a probability.
+        BadArgumentError: The number of samples is out of bounds, or ``min_feasibility`` is not a probability.
     """
     _check_sampling(num_samples, min_feasibility)
     draws = choice.draw(memory, rng, num_samples)
@@ -237,10 +236,10 @@ def rank_draws(
     bounds: GripBounds | None = None,
     by_lot: bool = False,
 ) -> Ranking:
-    """Ranks planned options for given samples of a belief; see ``rank``.
+    """Ranks planned options for given samples of a belief (``rank``).
 
-    With ``by_lot``, options of equal cost are in random order. Otherwise they keep their order, and options that are
-    not usable are in order of decreasing probability of being feasible.
+    If ``by_lot``, options of equal cost are in random order. Otherwise they keep their order, and unusable options
+    are sorted by decreasing probability of feasibility.
     """
     costs, demand = price_options(choice, draws.parameters, criterion, bounds)
     chosen = pick_cheapest(costs, rng)
@@ -279,9 +278,15 @@ def rank_draws(
 
 
 def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) -> Reasons | None:
-    """Explains why the best option was chosen. Returns None if no other option is usable.
+    """Explains why the best option is preferred to the second option.
 
-    The ranking must come from ``draws`` and ``options``. In the result, options are indices of ``ranked``.
+    Args:
+        ranking: Ranking computed from these draws and options.
+        draws: Samples of the belief.
+        options: Options in the order in which they were planned.
+
+    Returns:
+        Reasons, in which options are indices of ``ranked``. None if fewer than two options are usable.
     """
     usable = ranking.ranked[: ranking.num_usable]
     if len(usable) < 2:

@@ -1,4 +1,4 @@
-"""Reaching: the free end F of the tool T follows a path in the world frame W (paper, Simulation III)."""
+"""Task of moving the free end F of a tool T along a path in the world frame W (paper, Simulation III)."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -19,13 +19,13 @@ from affordance.plant.chain_plant import build_chain
 from affordance.plant.rank_loss import describe_rank_loss
 from affordance.settings import Settings
 
-# Number of evenly spaced postures of a motion that are checked for rank loss.
+# Number of evenly spaced postures of a motion at which the rank of the Jacobian is checked.
 _NUM_CHECKED = 21
 
 
 @dataclass(frozen=True)
 class PathTask:
-    """Task of following a path from the start posture with any tool."""
+    """Task of following a path from a start posture."""
 
     path: TimedPath
 
@@ -35,13 +35,17 @@ class PathTask:
         return self.path.duration
 
     def list_easier(self) -> Iterator[tuple[Self, str]]:
-        """Lists easier tasks (mirrored, slower or smaller paths), each with a description."""
+        """Yields easier tasks, with mirrored, slower or smaller paths, and their descriptions."""
         for path, words in self.path.list_easier(EASIER_PACES, EASIER_SIZES):
             if words:
                 yield replace(self, path=path), words
 
     def _plan(self, model: ArmModel, following: Task, settings: Settings) -> PlannedMotion:
-        """Plans the motion. If that fails, the NoPlanError names the nearest point of the path."""
+        """Plans the motion.
+
+        Raises:
+            NoPlanError: The controller finds no plan. The error contains the nearest point of the path.
+        """
         try:
             return plan_motion(model, following, duration=self.duration, settings=settings)
         except NoPlanError as found:
@@ -55,7 +59,7 @@ class PathTask:
 
 @dataclass(frozen=True)
 class Reach(PathTask):
-    """Reaching task: moves the free end F of any tool along a path.
+    """Task of moving the free end F of a tool along a path.
 
     Example:
         >>> from affordance import MODELS, Reach, load_path
@@ -64,7 +68,7 @@ class Reach(PathTask):
     """
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError if the path is not a TimedPath."""
+        """Checks the path. A path that is not a TimedPath raises a BadArgumentError."""
         check_kind("path", self.path, TimedPath, "load_path(PATH) reads one")
 
     def begin(self, model: ArmModel, p_TF: Array) -> PathFollowing:
@@ -75,7 +79,8 @@ class Reach(PathTask):
             p_TF: Position of the tool's free end, shape (3,), [m].
 
         Raises:
-            AffordanceError: The arm cannot take the start posture, or loses rank there.
+            AffordanceError: The start posture has an unknown joint, violates joint limits or is close to a
+                singularity.
         """
         q_start = model.arm.find_posture(dict(self.path.start))
         if problem := describe_rank_loss(model, q_start, p_TF):
@@ -89,7 +94,7 @@ class Reach(PathTask):
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, which is the same for any inertia, and returns its cost.
+        """Plans the motion, which is the same for all inertias, and returns its cost as a function of inertia.
 
         Args:
             model: Model of the arm; its state is changed.
@@ -98,12 +103,13 @@ class Reach(PathTask):
 
         Raises:
             NoPlanError: The controller finds no plan.
-            AffordanceError: The arm cannot take the start posture, or loses rank there.
+            AffordanceError: The start posture has an unknown joint, violates joint limits or is close to a
+                singularity.
         """
         return self.build_cost_of_end(model, find_free_end(parts), settings)
 
     def build_cost_of_end(self, model: ArmModel, p_TF: Array, settings: Settings) -> MotionCost:
-        """Plans the motion for all tools with free end F at p_TF, (3,), [m]; see ``build_cost``."""
+        """Plans the motion for tools with the free end F at p_TF, (3,), [m] (``build_cost``)."""
         following = self.begin(model, p_TF)
         motion = self._plan(model, following, settings)
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)
@@ -116,10 +122,7 @@ class Reach(PathTask):
         return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 
     def _find_rank_loss(self, model: ArmModel, motion: PlannedMotion, p_TF: Array) -> str:
-        """Describes where a motion first comes too close to rank loss.
-
-        The text is empty if the motion keeps its rank.
-        """
+        """Describes where a motion first comes too close to a singularity; empty if it does not."""
         for row in np.linspace(0, len(motion.q) - 1, _NUM_CHECKED).astype(int):
             if problem := describe_rank_loss(model, motion.q[row], p_TF):
                 time = row * motion.control_period

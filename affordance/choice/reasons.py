@@ -1,4 +1,4 @@
-"""Reasons for a choice: decisive uncertainties, and changes that would reverse it."""
+"""Explains choices by the uncertainties that matter most and the densities that would change the choice."""
 
 import itertools
 from typing import NamedTuple
@@ -11,11 +11,11 @@ from affordance.choice.inner_simulation import Draws
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.objects.colour import Colour
 
-# Samples per bin of densities, and bounds on the number of bins; a bin's samples give the cost at its density.
+# Samples per density bin, and smallest and largest number of bins. The samples of a bin give the cost at its density.
 _PER_BIN, _FEWEST, _MOST = 250, 4, 40
-# Differences that are ignored: two standard errors for means, and 2 % for quantiles.
+# Largest differences between costs that are ignored: two standard errors for means, and 2 % for quantiles.
 _ERRORS, _SHARE = 2.0, 0.02
-# Level at which peaks are compared.
+# Quantile by which peak loads are compared.
 _PEAK = 0.95
 
 
@@ -23,25 +23,25 @@ class Share(NamedTuple):
     """Share of one material in the uncertainty of a cost difference between two options."""
 
     colour: Colour  # colour that identifies the material
-    # Fraction of the variance that its density explains, [1]; can be negative if materials act against each other.
+    # Fraction of the variance that its density explains, [1]; may be negative if effects of materials cancel.
     share: float
 
 
 class Turn(NamedTuple):
-    """Density of one material beyond which another option would be chosen. All other beliefs stay unchanged."""
+    """Density of one material beyond which another option would be chosen, with all other beliefs unchanged."""
 
     colour: Colour  # colour that identifies the material
     density: float  # density at which the choice changes, [kg/m^3]
-    above: bool  # True if it changes above this density, false if below
-    probability: float  # probability of such a density under the belief
-    option: int  # index of the option that would then be chosen
+    above: bool  # True if the choice changes above this density, False if below
+    probability: float  # probability under the belief that the density is beyond this value
+    option: int  # index of the option that would be chosen
 
 
 class Reasons(NamedTuple):
     """Reasons for a choice."""
 
     shares: tuple[Share, ...]  # shares of the materials, the largest first
-    rest: float  # share of everything else: errors of shape, and nonlinear effects of the densities
+    rest: float  # remaining share: errors of shape, and nonlinear effects of the densities
     turns: tuple[Turn, ...]  # densities that would change the choice, the most probable first
 
 
@@ -53,14 +53,14 @@ def find_reasons(
     *,
     is_peak: bool,
 ) -> Reasons:
-    """Explains why the first option is chosen rather than the second, its nearest rival.
+    """Explains why the first option is preferred to the second option.
 
     Args:
         draws: Samples of the belief.
         costs: Costs of all options for these samples, (options, S).
         feasible: True where an option is feasible, (options, S).
         objects: Index of each option's object among the objects of the samples, (options,).
-        is_peak: True if costs are compared by their 95 % quantile rather than their mean.
+        is_peak: True if costs are compared by their 95 % quantile instead of their mean.
     """
     best = 0
     held = sorted({int(each) for each in objects[:2]})
@@ -74,11 +74,12 @@ def find_reasons(
 
 
 def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tuple[tuple[Share, ...], float]:
-    """Divides the variance of a cost difference between materials.
+    """Attributes the variance of a cost difference to materials.
 
     A material's share is the covariance of the difference with the material's terms in a linear fit.
 
-    Returns: The shares, and the remaining share.
+    Returns:
+        Shares of the materials, and the remaining share.
     """
     places = [(each, int(column)) for each in objects for column in np.flatnonzero(draws.used[each])]
     densities = np.column_stack([draws.densities[:, each, column] for each, column in places])
@@ -99,7 +100,7 @@ def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tupl
 def _find_turns(
     colour: Colour, density: Array, costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool
 ) -> list[Turn]:
-    """Finds densities beyond which another option would be chosen. The search starts from both extremes."""
+    """Finds the lowest and highest densities beyond which another option would be chosen."""
     num_bins = int(np.clip(len(density) // _PER_BIN, _FEWEST, _MOST))
     bins = np.array_split(np.argsort(density), num_bins)
     chosen = [_choose(costs[:, each], feasible[:, each], best, is_peak) for each in bins]
@@ -115,10 +116,7 @@ def _find_turns(
 
 
 def _choose(costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool) -> int:
-    """Chooses the best option for some samples.
-
-    The choice differs from ``best`` only if the improvement exceeds chance.
-    """
+    """Chooses an option for some samples: ``best`` unless another option is significantly better."""
     usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
     values = np.quantile(costs, _PEAK, axis=1) if is_peak else costs.mean(axis=1)
     values = np.where(usable, values, np.inf)

@@ -1,4 +1,4 @@
-"""Loads tasks from files, by name from a model folder or from any file."""
+"""Loads tasks by name from a model folder, or from any file."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -24,22 +24,25 @@ TASK_FILES = {
     "carry": "tasks/carry.yaml",
     "hold": "tasks/hold.yaml",
 }
-# Key in a task file that contains the kind of task.
+# Key of the kind of task in a task file.
 _KIND = "kind"
 
 
 def list_tasks(models: Path) -> tuple[str, ...]:
-    """Lists the tasks whose files exist in a model folder, by name."""
+    """Lists the names of tasks whose files exist in a model folder."""
     return tuple(name for name, file in TASK_FILES.items() if (models / file).is_file())
 
 
 def load_task(models: Path, name: str, arm: Arm | None = None) -> TaskCostModel:
-    """Loads a task from a model folder by its name, which is also the default kind.
+    """Loads a task from a model folder by its name, which is also the default of its kind.
 
-    Other arguments and errors are as in ``load_task_file``.
+    Args:
+        models: Model folder.
+        name: Name of the task.
+        arm: Arm for which the start posture is checked; None to skip the check.
 
     Raises:
-        BadValueError: If the folder has no task of this name.
+        BadValueError: The folder has no task of this name, or ``load_task_file`` fails.
     """
     names = list_tasks(models)
     if name not in names:
@@ -52,17 +55,17 @@ def load_task_file(path: StrPath, arm: Arm | None = None) -> TaskCostModel:
 
     Args:
         path: Task file.
-        arm: Arm that will do the task, whose start posture is checked; None to skip the check.
+        arm: Arm for which the start posture is checked; None to skip the check.
 
     Raises:
-        BadValueError: The file or one of its values is invalid, the kind is missing, or the arm lacks a joint or
-            cannot take an angle that the file names. The message names file, key and fault.
+        BadValueError: The file or one of its values is invalid, the kind is missing, or the start posture has an
+            unknown joint or violates joint limits. The message contains file, key and reason.
     """
     return _load(check_path("path", path), None, arm)
 
 
 def _load(path: Path, default: str | None, arm: Arm | None) -> TaskCostModel:
-    """Loads a task from a file and checks its start posture. ``default`` is the kind if the file has none."""
+    """Loads a task from a file, and checks its start posture. The kind is optional if there is a default."""
     task = _build(path, default)
     if arm is not None:
         match task:
@@ -85,7 +88,7 @@ def _build(path: Path, default: str | None) -> TaskCostModel:
         if not isinstance(kind, str) or kind not in _BUILDERS:
             raise BadValueError(path, _KIND, describe_choice(kind, _BUILDERS))
     else:
-        kind = default or "reach"  # its entry will report what is wrong
+        kind = default or "reach"  # the check of its entry reports the error
     return _BUILDERS[kind](path, content)
 
 
@@ -103,5 +106,5 @@ _BUILDERS: Mapping[str, Callable[[Path, Any], TaskCostModel]] = {
 
 
 def is_any_still(tasks: Iterable[TaskCostModel]) -> bool:
-    """Returns True if a task is to hold still, which takes no work."""
+    """Returns True if any task is a holding task, which requires no work."""
     return any(isinstance(task, Keep) for task in tasks)

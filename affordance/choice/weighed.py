@@ -1,4 +1,4 @@
-"""Uses weighings as evidence about densities of objects and materials."""
+"""Updates beliefs about densities with measured masses of objects or their parts (weighings)."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -15,22 +15,22 @@ from affordance.objects.inertia import Geometry
 from affordance.objects.tool import Weighing
 from affordance.vision.features import ComponentFeatures
 
-# An object is odd if a weighing differs from the belief by more than this many standard deviations: it is not made of
-# its materials, or differs from its drawing. The same threshold defines outliers of lifts.
+# Number of standard deviations above which a weighing contradicts the belief: the object is made of other materials,
+# or differs from its drawing. The threshold is the same as for outliers of lifts.
 _ODD = 5.0
 
 
 class WeighedObject(NamedTuple):
-    """Weighed object with its parts, their material columns, and its measured masses."""
+    """Weighed object."""
 
     parts: Sequence[ComponentFeatures]
-    columns: Sequence[int]
-    geometry: Geometry  # one column per part
-    weighings: Sequence[Weighing]
+    columns: Sequence[int]  # index of each part's material in the belief
+    geometry: Geometry  # geometry with one column per part
+    weighings: Sequence[Weighing]  # measured masses of the object or of some parts
 
     @property
     def materials(self) -> tuple[int, ...]:
-        """Columns of the object's C different materials, in the order of its parts."""
+        """Indices of the object's C different materials, in the order of its parts."""
         return tuple(dict.fromkeys(self.columns))
 
 
@@ -44,14 +44,13 @@ class Surprise(NamedTuple):
 
 
 def describe_weighings(weighed: WeighedObject, materials: Sequence[int] | None = None) -> Felt:
-    """Converts an object's weighings to evidence about its densities, as from a hold.
+    """Converts an object's weighings to a hold, with masses divided by their SDs in place of torques.
 
-    Masses, in units of the SDs of their errors, take the place of torques. Errors of the drawing are the same in all
-    weighings and holds of the object.
+    All weighings and holds of the object have the same errors of the drawing.
 
     Args:
-        weighed: Object.
-        materials: Columns of its C densities, in their order; None for ``weighed.materials``.
+        weighed: Weighed object.
+        materials: Indices of the materials of its C densities; None for ``weighed.materials``.
     """
     sds = np.array([each.sd for each in weighed.weighings])
     share = _mark_weighed(weighed) / sds[:, None]  # (W, K)
@@ -64,34 +63,27 @@ def describe_weighings(weighed: WeighedObject, materials: Sequence[int] | None =
 
 
 def compute_mass_errors(weighed: WeighedObject, rho: Array) -> Array:
-    """Computes how weighed masses change with errors of the drawing.
+    """Computes the derivatives of weighed masses by errors of the drawing, (..., W, G), [kg].
 
     Args:
-        weighed: Object of K parts with W weighings and G errors of its drawing.
-        rho: Densities of the parts, shape (..., K), [kg/m^3].
-
-    Returns: Derivatives, shape (..., W, G), [kg].
-
+        weighed: Object with K parts, W weighings and G errors of its drawing.
+        rho: Densities of the parts, (..., K), [kg/m^3].
     """
     slopes: Array = np.einsum("wk,gk,...k->...wg", _mark_weighed(weighed), weighed.geometry.Phi_errors[:, 0], rho)
     return slopes
 
 
 def draw_drawing_errors(weighed: WeighedObject, rho: Array, rng: np.random.Generator) -> Array:
-    """Draws errors of a drawing, given weighings and density samples.
+    """Draws errors of the drawing, (S, G), in units of their SDs, given weighings and densities.
 
-    The samples must be conditioned on the weighings.
-
-    Given the densities, the weighed masses are linear in the errors e, m = V rho + G e + noise, and e is a priori
-    N(0, I), so that its posterior is normal too. Errors from the prior would be counted twice, because they are part
-    of the densities' likelihood.
+    Given the densities, the weighed masses are linear in the errors e: m = V rho + G e + noise. The prior of e is
+    N(0, I), so its posterior is normal. Draws from the prior would count the errors twice, because they are included
+    in the likelihood of the densities.
 
     Args:
-        weighed: Object of K parts with G errors of its drawing.
-        rho: Samples of the densities of its parts, shape (S, K), [kg/m^3].
+        weighed: Object with K parts and G errors of its drawing.
+        rho: Samples of the densities of its parts, conditioned on the weighings, (S, K), [kg/m^3].
         rng: Random number generator.
-
-    Returns: Errors, shape (S, G), in standard deviations.
     """
     slopes = compute_mass_errors(weighed, rho)  # (S, W, G)
     volumes = np.array([part.shape.volume for part in weighed.parts])
@@ -111,20 +103,19 @@ def draw_drawing_errors(weighed: WeighedObject, rho: Array, rng: np.random.Gener
 def condition_on_weighings(
     belief: DensityBelief, objects: Mapping[str, WeighedObject], prior: Prior
 ) -> tuple[DensityBelief, tuple[Surprise, ...]]:
-    """Conditions the joint belief about N objects on weighings of some of them.
+    """Conditions the joint belief about the densities of N objects on weighings of some of them.
 
-    A weighing is a hold, and the belief is the posterior given all of them (``affordance.belief.exact``): its moments
-    for each object, with correlations between objects through their materials' means.
-
-    An object whose weighing contradicts the belief about materials may be made of anything: its own densities get the
-    spread of the prior.
+    Weighings are treated as holds, and the posterior is computed from all of them (``affordance.belief.exact``).
+    Objects are correlated through the mean densities of their materials. If a weighing contradicts the belief, the
+    object may be made of any material, so the variance of the prior is added to its densities.
 
     Args:
-        belief: Belief about the M materials' mean densities.
-        objects: All N objects by name, in their order.
+        belief: Belief about the mean densities of M materials.
+        objects: All N objects by name.
         prior: Prior of materials, with the deviation of objects.
 
-    Returns: Joint belief of size N M, object by object, and the contradicting weighings.
+    Returns:
+        Joint belief of size N M, ordered by object, and the weighings that contradict the belief.
     """
     size, count = belief.size, len(objects)
     if not any(weighed.weighings for weighed in objects.values()):
@@ -148,12 +139,12 @@ def condition_on_weighings(
     mean, covariance = of_means.mean[0], of_means.covariance[0]
     scatter = prior.deviation**2 * (mean**2 + np.diag(covariance))
     materials = [list(weighed.materials) for weighed in objects.values()]
-    # Densities of each object: a linear function of the materials' means plus what does not depend on these.
+    # The densities of each object are a linear function of the mean densities plus an independent term.
     own_mean, slopes = np.tile(mean, (count, 1)), np.tile(np.eye(size), (count, 1, 1))
     rest = np.tile(np.diag(scatter), (count, 1, 1))
     for number, seen in ordinary.items():
         given = DENSITY.infer(state, seen)[1].given_means
-        assert given is not None  # because a thing was asked for
+        assert given is not None  # because the object is given
         columns, C = materials[number], len(materials[number])
         slopes[number, columns] = given.slopes[0, :C]
         own_mean[number, columns] = given.offset[0, :C] + given.slopes[0, :C] @ mean
@@ -172,7 +163,7 @@ def condition_on_weighings(
 def condition_object(
     belief: DensityBelief, name: str, weighed: WeighedObject, prior: Prior
 ) -> tuple[DensityBelief, tuple[Surprise, ...]]:
-    """Conditions the belief about one object on its weighings; see ``condition_on_weighings``."""
+    """Conditions the belief about one object on its weighings (``condition_on_weighings``)."""
     surprises = _find_surprises(belief, name, weighed)
     if surprises:
         wider = belief.covariance + prior.sd**2 * np.eye(belief.size)
@@ -183,7 +174,7 @@ def condition_object(
 
 
 def _find_surprises(belief: DensityBelief, name: str, weighed: WeighedObject) -> list[Surprise]:
-    """Finds the weighings that contradict the belief about an object's own densities."""
+    """Finds weighings that contradict the belief about an object's densities."""
     found = []
     owner = np.array(weighed.columns)[:, None] == np.arange(belief.size)
     sums = _mark_weighed(weighed) * np.array([part.shape.volume for part in weighed.parts]) @ owner  # (W, M)
@@ -197,6 +188,6 @@ def _find_surprises(belief: DensityBelief, name: str, weighed: WeighedObject) ->
 
 
 def _mark_weighed(weighed: WeighedObject) -> Array:
-    """Marks with 1 which of K parts were weighed in each of W weighings, (W, K)."""
+    """Returns an array, (W, K), whose entries are 1 if a weighing includes a part, and otherwise 0."""
     parts = range(len(weighed.parts))
     return np.array([[float(not each.parts or k in each.parts) for k in parts] for each in weighed.weighings])

@@ -1,6 +1,6 @@
-"""Prints answers and remarks of commands, and writes them to the folder of ``--out``.
+"""Prints the answers and remarks of commands, and writes answers to the folder of ``--out``.
 
-Standard output is text or JSON. This module does not import Drake, so that small commands start fast.
+Standard output is either text or JSON. This module does not import Drake, so that small commands start quickly.
 """
 
 import argparse
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 
 def tell(arguments: argparse.Namespace, remark: str) -> None:
-    """Prints a remark that is not part of the answer.
+    """Prints a remark, which is not part of the answer.
 
-    The remark goes to standard error with ``--json``, and is dropped with ``--quiet``.
+    With ``--json``, remarks are printed to standard error. With ``--quiet``, they are omitted.
     """
     if not getattr(arguments, "quiet", False):
         print(remark, file=sys.stderr if getattr(arguments, "json", False) else sys.stdout, flush=True)
 
 
 def print_answer(arguments: argparse.Namespace, text: str, content: Any) -> None:
-    """Prints an answer as text, or its content as JSON with ``--json``."""
+    """Prints an answer as text, or its content as JSON if ``--json`` is given."""
     print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
 
 
@@ -37,7 +37,7 @@ def give_answer(
     content: Mapping[str, Any],
     draw: "Callable[[], Figure] | None" = None,
 ) -> None:
-    """Prints an answer, and writes it to the folder of ``--out``. Files are text, JSON and perhaps a figure."""
+    """Prints an answer, and writes it as text, JSON and an optional figure to the folder of ``--out``."""
     text = show_text(text, PROSE)
     if arguments.out is not None:
         write_text(arguments.out / f"{name}.txt", text + "\n")

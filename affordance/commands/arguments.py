@@ -1,8 +1,8 @@
-"""Declares arguments of commands, apart from the commands' code.
+"""Declares the arguments of commands, separately from the code of the commands.
 
-No slow library is imported, so that ``affordance COMMAND --help`` is fast. In each folder of commands, a module of
-this name declares the arguments of its commands; here are those of this folder, and options that commands share.
-``options.py`` checks and reads them.
+No slow library is imported, so that ``affordance COMMAND --help`` is fast. This module declares the arguments of the
+commands in this folder, and options that several commands share. Each subfolder has a module of the same name.
+``options.py`` checks and reads shared options.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from affordance.files.model_folder import MODELS
 
 
 def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str) -> None:
-    """Adds ``--repeats``, whose help names the repeated thing."""
+    """Adds ``--repeats``. Its help is ``what``, a description of the repeats."""
     shown = what if default is None else f"{what} (default {default})"
     parser.add_argument("--repeats", type=int, default=default, metavar="N", help=shown)
 
@@ -26,7 +26,7 @@ def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
 
 
 def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> None:
-    """Adds ``--jobs``, by default one process per core. ``check_bounds`` fills in the default."""
+    """Adds ``--jobs``. The default is one process per core, which ``check_bounds`` counts."""
     shown = "one per core" if default is None else str(default)
     parser.add_argument(
         "--jobs", type=int, default=default, metavar="N", help=f"parallel processes (default: {shown})"
@@ -54,7 +54,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 
 
 def add_memory(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--memory`` to a command that runs one observer."""
+    """Adds ``--memory`` to a command that simulates one observer."""
     what = "lasting memory (SQLite file): the observer starts with it, and every trial is added"
     parser.add_argument("--memory", default="", metavar="MEMORY", help=what)
 
@@ -68,18 +68,18 @@ def add_set(
 
 
 def add_learner(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--learner``; see ``options.read_changes``."""
+    """Adds ``--learner``, which ``options.read_changes`` reads."""
     what = f"{', '.join(LEARNER_NAMES)}, or your own as FILE.py:CLASS, whose code is run (default {DEFAULT_LEARNER})"
     parser.add_argument("--learner", metavar="LEARNER", help=what)
 
 
 def add_prior_set(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--set`` for commands that use only the prior's settings; see ``options.read_prior``."""
+    """Adds ``--set`` for commands that use only the prior's settings, which ``options.read_prior`` reads."""
     add_set(parser, "change a setting of the prior, for example prior.sd=8000; may be repeated")
 
 
 def add_answer(parser: argparse.ArgumentParser, files: str) -> None:
-    """Adds ``--json`` and ``--out``, a folder for the named files; see ``answers.give_answer``."""
+    """Adds ``--json`` and ``--out``, a folder for the given files; see ``answers.give_answer``."""
     add_json(parser)
     what = f"folder for {files} (default: no files)"
     find_group(parser, OUTPUT).add_argument("--out", type=Path, metavar="DIR", help=what)
@@ -99,11 +99,9 @@ def add_run_options(
     jobs: int | None = None,
     models: str = "arm, materials and tools to use",
 ) -> None:
-    """Adds the options of a command that simulates observers.
+    """Adds the options of commands that simulate observers: repeats, seed, jobs, results, models and settings.
 
-    The options are repeats, seed, jobs, results, models and settings.
-
-    If ``models`` is empty, the command takes a robot in place of a model folder.
+    If ``models`` is empty, ``--robot`` replaces ``--models``.
     """
     add_repeats(parser, repeats, what)
     add_seed(parser, seed)
@@ -169,5 +167,5 @@ def declare_tutorials(parser: argparse.ArgumentParser) -> None:
 def declare_doctor(parser: argparse.ArgumentParser) -> None:
     """Declares the arguments of ``doctor``."""
     parser.add_argument("--install", action="store_true", help="first install missing system libraries")
-    parser.add_argument("--tests", action="store_true", help="also check what only tests need")
+    parser.add_argument("--tests", action="store_true", help="also check libraries that only tests need")
     parser.add_argument("--json", action="store_true", help="print the answer as JSON")

@@ -1,9 +1,7 @@
-"""Catalogue of everything that the command line finds by name.
+"""Catalogue of the commands, experiments and learners that the command line finds by name.
 
-The catalogue lists commands, experiments and learners.
-
-Only this module knows both the paper and all extensions. Nothing is imported before it is used, so that ``--help``
-stays fast and the paper's simulations run without the extensions.
+Only this module imports from both the paper and all extensions. Everything is imported when it is first used, so that
+``--help`` is fast and the paper's simulations run without the extensions.
 """
 
 import argparse
@@ -13,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from affordance.exceptions import BadArgumentError, describe_choice
 
-if TYPE_CHECKING:  # importing them needs Drake, without which doctor and --help must run
+if TYPE_CHECKING:  # these imports need Drake, but doctor and --help must run without it
     from affordance.belief.learner import Learner
     from affordance.experiments.shared.experiment import Experiment
 
@@ -23,9 +21,9 @@ class Entry(NamedTuple):
 
     Attributes:
         help: One line of help.
-        example: Arguments of the example with which its help ends.
-        folder: Subfolder of ``commands`` with its module; empty for none. A dash in a command's name is an underscore
-            in the name of its module.
+        example: Arguments of the example at the end of the help.
+        folder: Subfolder of ``commands`` with the command's module; empty if there is none. A dash in the name of a
+            command becomes an underscore in the name of its module.
     """
 
     help: str
@@ -82,7 +80,7 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
             "pixels",
         ),
         "guess": Entry(
-            "estimate mass, centre of mass and inertia of objects from how they look, before they are held",
+            "estimate mass, centre of mass and inertia of objects from their appearance, before they are held",
             "tools.yaml",
             "advice",
         ),
@@ -118,22 +116,22 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
             "payload",
         ),
         "weigh": Entry(
-            "weigh what a force-torque sensor bears, from a few poses and without a robot's file",
+            "weigh the load of a force-torque sensor, from a few poses and without a robot's file",
             "poses.csv",
             "payload",
         ),
         "compare-payloads": Entry(
-            "compare two payloads: of identify, live, weigh or a data sheet; is it the same body?",
+            "test if two payloads (from identify, live, weigh or a data sheet) are the same body",
             "belief.json sheet.yaml",
             "payload",
         ),
         "feed-forward": Entry(
-            "compute the torques of gravity on each joint of a robot that holds a payload, with their errors",
+            "compute the gravity torque and its error for each joint of a robot with a payload",
             "--payload belief.json --posture 0 0.5 0 1.2 0 0.3 0",
             "payload",
         ),
         "live": Entry(
-            "follow a running robot: what does it hold now, with intervals; commands nothing",
+            "identify what a running robot holds now, with intervals; sends no commands to the robot",
             "--demo",
             "payload",
         ),
@@ -151,7 +149,7 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
 }
 COMMANDS = {name: entry for group in SUBJECTS.values() for name, entry in group.items()}
 
-# Experiments, each as the module and name of the object: the paper's four, then those of extensions.
+# Experiments by name, each with its module and the name of the object. The paper's four experiments come first.
 _PEOPLE = "affordance.extensions.people.experiments"
 _EXPERIMENTS = {
     "weight": ("affordance.experiments.weight", "EXPERIMENT"),
@@ -169,7 +167,7 @@ PREDICTED = ("weight", "com", "linear_plus", "linear_plus_plus")
 # Words that can be used without ``run``, as in ``affordance weight``.
 SHORT = ("all", "weight", "com", "reach", "hammer", "vision")
 
-# The program's learners by their names, each as the module and name of the object.
+# The program's learners by name, each with its module and the name of the object.
 _LEARNERS = {
     "density": ("affordance.belief.learners", "DENSITY"),
     "kinds_map": ("affordance.belief.learners", "KINDS_MAP"),
@@ -179,7 +177,7 @@ _LEARNERS = {
     "own_and_shared": ("affordance.extensions.people.rivals", "OWN_AND_SHARED"),
 }
 LEARNER_NAMES = tuple(_LEARNERS)
-# Learners that are compared unless others are chosen, and the learner of an observer alone.
+# Learners that are compared by default, and the default learner of a single observer.
 COMPARED, DEFAULT_LEARNER = LEARNER_NAMES[:3], "density"
 
 
@@ -193,12 +191,12 @@ class Command(Protocol):
         """Runs the command and returns its exit status.
 
         Raises:
-            AffordanceError: If the input is invalid; its message is one line.
+            AffordanceError: The input is invalid. The message is one line.
         """
 
 
 class _LazyCommand:
-    """Command whose module is imported when it runs. Its arguments are declared in a module that imports fast."""
+    """Command whose module is imported when it runs. Its arguments are declared in a module that imports quickly."""
 
     def __init__(self, name: str) -> None:
         folder, self._word = COMMANDS[name].folder, name.replace("-", "_")
@@ -215,19 +213,23 @@ class _LazyCommand:
 
 
 def load_command(name: str) -> Command:
-    """Returns the command of a name."""
+    """Returns the command with a given name."""
     return cast(Command, _LazyCommand(name))
 
 
 def find_experiment(name: str) -> "Experiment":
-    """Imports an experiment by name. An unknown name raises a BadArgumentError."""
+    """Imports an experiment by name.
+
+    Raises:
+        BadArgumentError: The name is unknown.
+    """
     if name not in _EXPERIMENTS:
         raise BadArgumentError("experiment", "", describe_choice(name, EXPERIMENTS))
     return cast("Experiment", _load(*_EXPERIMENTS[name]))
 
 
 def find_learner(name: str) -> "Learner | None":
-    """Imports a built-in learner by name. Returns None if there is none."""
+    """Imports a built-in learner by name. Returns None if the name is unknown."""
     return cast("Learner", _load(*_LEARNERS[name])) if name in _LEARNERS else None
 
 

@@ -1,4 +1,4 @@
-"""Demonstrations of commands on simulated data from the package."""
+"""Demonstrations of commands on simulated data in the package."""
 
 import argparse
 import shlex
@@ -9,16 +9,18 @@ from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 
 _FOLDER = MODELS / "demo"
-# Simulated recordings of the paper's arm, empty and with one piece of stock.
+# Simulated recordings of the paper's arm, with an empty hand and with one piece of stock.
 EMPTY, LOADED = _FOLDER / "empty.csv", _FOLDER / "bar_of_oak.csv"
-# The same arm with an empty hand in three other motions, 15 s each.
+# Recordings of the same arm with an empty hand in three other motions, 15 s each.
 EMPTIES = [_FOLDER / f"empty_{k}.csv" for k in (1, 2, 3)]
 ARM_FILE = MODELS / "arm.dmd.yaml"
 STOCK, PIECE = MODELS / "workshop" / "blanks.yaml", "bar of oak"
 # True mass of the piece in that simulation, [kg].
 MASS = 0.550
-# Trials exported from a memory that had learned from recordings of all pieces of stock.
+# Trials from the memory of a learner that was given recordings of all pieces of stock.
 TRIALS = _FOLDER / "trials.jsonl"
+# Longest command on one line, [characters], and separator of the options in longer commands.
+_WIDTH, _BREAK = 76, " \\\n      --"
 
 
 def check_alone(arguments: argparse.Namespace, names: Mapping[str, str]) -> None:
@@ -26,10 +28,10 @@ def check_alone(arguments: argparse.Namespace, names: Mapping[str, str]) -> None
 
     Args:
         arguments: Parsed arguments.
-        names: For each attribute that must be empty, its name in the message.
+        names: Names of attributes that must be empty, each with its name in the message.
 
     Raises:
-        BadValueError: If one of them is given.
+        BadValueError: One of the attributes is not empty.
     """
     for name, shown in names.items():
         if getattr(arguments, name):
@@ -37,9 +39,10 @@ def check_alone(arguments: argparse.Namespace, names: Mapping[str, str]) -> None
 
 
 def announce(arguments: argparse.Namespace, *commands: Sequence[object]) -> None:
-    """Prints the commands that a demonstration runs."""
+    """Prints the commands that a demonstration runs; a long command has each option on its own line."""
     lines = ["Demonstration on simulated recordings from the package. It runs"]
-    lines += [f"    {shlex.join(map(str, ('affordance', *command)))}" for command in commands]
+    joined = [shlex.join(map(str, ("affordance", *command))) for command in commands]
+    lines += [f"    {command if len(command) <= _WIDTH else command.replace(' --', _BREAK)}" for command in joined]
     tell(arguments, "\n".join([*lines, ""]))
 
 
@@ -48,7 +51,7 @@ def fill_in_recording(arguments: argparse.Namespace, flange: str) -> None:
 
     Args:
         arguments: Parsed arguments, which are changed.
-        flange: Frame of the arm that counts as a controller's flange, unless the user names another.
+        flange: Frame of the arm that is used as a controller's flange, unless the user names another frame.
     """
     names = ("loaded", "empty", "object", "description", "tip")
     check_alone(arguments, {"robot": "a robot", "robot_option": "--robot"} | {each: f"--{each}" for each in names})

@@ -1,4 +1,4 @@
-"""``affordance doctor``: checks which parts work on this machine."""
+"""``affordance doctor``: checks which parts of the program work on this machine."""
 
 import argparse
 import importlib
@@ -14,7 +14,7 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.version import __version__
 
-# Optional extras of users, each with a module that it installs and what it is for.
+# Optional extras for users, each with a module that it installs and its purpose.
 EXTRAS = {
     "bags": ("rosbags", "reads ROS bags"),
     "parquet": ("pyarrow", "reads Parquet and LeRobot recordings"),
@@ -28,7 +28,7 @@ EXTRAS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints one line per part, and returns the exit status. The status is 0 if all required parts work, else 2."""
+    """Prints one line per part, and returns the exit status: 0 if all required parts work, else 2."""
     if arguments.install:
         provide_libraries(arguments.tests)
     missing = find_missing(arguments.tests)
@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _try(check: Callable[[], str]) -> tuple[bool, str]:
-    """Runs a check; returns its success and its message."""
+    """Runs a check, and returns its success and message."""
     try:
         return True, check()
     except (ImportError, AffordanceError, RuntimeError, OSError, MemoryError) as error:

@@ -1,4 +1,4 @@
-"""``affordance film``: writes a film of one observer in an experiment."""
+"""``affordance film``: writes a film of an experiment with one observer."""
 
 import argparse
 import tempfile
@@ -14,7 +14,7 @@ from affordance.reporting.replay import Replay
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs one observer, writes the film, and returns the exit status."""
+    """Simulates one observer, writes the film, and returns the exit status."""
     options.check_bounds(arguments)
     check_experiment(arguments, OF_THE_PAPER)
     check_number("--seconds", arguments.seconds, 0.1, 60.0, "s")

@@ -1,4 +1,4 @@
-"""Checks and reads the options that commands share; ``arguments.py`` declares them."""
+"""Checks and reads options that several commands share. ``arguments.py`` declares them."""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from affordance.experiments.shared.observers import Setup
     from affordance.robot import Robot
 
-# Bounds of shared numbers. A value beyond any practical run is probably a typing error.
+# Bounds of shared numbers. A larger value is impractical, and probably a typing error.
 BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
 
@@ -33,11 +33,11 @@ def open_robot(arguments: argparse.Namespace) -> "Robot":
         BadValueError: The path is neither a folder nor a file, the folder contains no arm, the file is invalid, or
             ``--tip`` is given without a file.
     """
-    from affordance.robot import Robot  # imported here, as commands without a robot start faster
+    from affordance.robot import Robot  # imported here, because commands without a robot then start faster
 
     if arguments.robot is None and not arguments.tip:
         return Robot()
-    # Imported here, as only a robot's file needs the importer.
+    # Imported here, because only a robot's file needs the importer.
     from affordance.extensions.robots import kept
     from affordance.extensions.robots.importer import ImportOptions
 
@@ -46,8 +46,8 @@ def open_robot(arguments: argparse.Namespace) -> "Robot":
 
 
 def remember(setup: "Setup", arguments: argparse.Namespace, robot: "Robot") -> "Setup":
-    """Returns the setup of an observer who starts with the memory of ``--memory``."""
-    # Imported here, as few observers remember.
+    """Returns the setup of an observer that starts with the memory of ``--memory``."""
+    # Imported here, because few observers have a lasting memory.
     from affordance.extensions.memory.ledger import count_of, describe_past_arms
     from affordance.extensions.memory.simulated_trial import remember_in
 
@@ -57,19 +57,19 @@ def remember(setup: "Setup", arguments: argparse.Namespace, robot: "Robot") -> "
 
 
 def read_learner(word: str) -> Learner:
-    """Returns a learner by its name, or from a class in a Python file, which is run.
+    """Returns a learner by its name, or from a class in a Python file. The file is run.
 
     Raises:
-        BadValueError: There is no such learner, file or class, the file fails to run, or the class is not a learner.
+        BadValueError: There is no such learner, file or class, running the file fails, or the class is not a learner.
     """
     return find_learner(word) or load_learner(word, LEARNER_NAMES)
 
 
 def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Reads changes of settings by name from ``--set`` and ``--learner``.
+    """Reads changes of settings by name, from ``--set`` and ``--learner``.
 
     Raises:
-        BadValueError: If a change is malformed or repeated, or the learner is unknown.
+        BadValueError: A change is malformed or repeated, or the learner is unknown.
     """
     changes = parse_changes(arguments.changes)
     if word := getattr(arguments, "learner", None):
@@ -82,7 +82,7 @@ def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def check_bounds(arguments: argparse.Namespace) -> None:
-    """Checks shared options, and fills in a missing number of processes.
+    """Checks shared options, and sets the number of processes if it is missing.
 
     Raises:
         BadValueError: A shared number is out of bounds, or the model folder does not exist.
@@ -101,46 +101,59 @@ def check_bounds(arguments: argparse.Namespace) -> None:
 
 
 def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:
-    """Applies the changes of ``read_changes``. An unknown setting, or a wrong value, raises a BadValueError."""
+    """Applies the changes from ``read_changes`` to settings.
+
+    Raises:
+        BadValueError: A setting is unknown, or a value is invalid.
+    """
     return change_settings(settings, read_changes(arguments))
 
 
 def read_prior(arguments: argparse.Namespace, what: str) -> Prior:
-    """Returns the prior with the changes of ``--set``. A change of any other setting raises a BadValueError."""
+    """Returns the prior with the changes of ``--set``.
+
+    Raises:
+        BadValueError: A change is about any other setting.
+    """
     groups = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
     refuse_changes(arguments, [name for name in groups if name != "prior"], f"{what} uses only the prior's settings")
     return change_by_name(arguments).prior
 
 
 def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Rejects changes of named settings or groups in ``--set``. The BadValueError gives the reason ``why``."""
+    """Rejects changes of given settings or groups in ``--set``.
+
+    Raises:
+        BadValueError: Such a setting is changed. The message gives the reason ``why``.
+    """
     for name in parse_changes(arguments.changes):
         if any(name == each or name.startswith(f"{each}.") for each in names):
             raise BadValueError("--set", name, f"has no effect here: {why}")
 
 
 def is_object_file(path: Path) -> bool:
-    """Returns True if a file is an object's own URDF rather than a tools file."""
+    """Returns True if a file is the URDF of a single object rather than a tools file."""
     return path.suffix.lower() == ".urdf"
 
 
 def read_tools(path: Path, materials: Mapping[str, Material]) -> tuple[tuple[Tool, ...], tuple[str, ...]]:
-    """Loads the tools of a tools file, or of an object's URDF. Returns them with remarks about the file."""
+    """Loads the tools of a tools file, or of an object's URDF, and returns them with remarks about the file."""
     if is_object_file(path):
-        from affordance.extensions.robots.object_file import read_object  # imported here, as few files need it
+        # Imported here, because few files need it.
+        from affordance.extensions.robots.object_file import read_object
 
         tool, remarks = read_object(path, materials)
         return (tool,), remarks
-    from affordance.objects.load import load_tools  # imported here, so that other commands start sooner
+    from affordance.objects.load import load_tools  # imported here, so that other commands start faster
 
     return load_tools(path, materials), ()
 
 
 def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
-    """Selects tools by name, or all of them without names.
+    """Selects tools by name. Without names, all tools are selected.
 
     Raises:
-        AffordanceError: If a name is unknown, or a selected tool has no grips.
+        AffordanceError: A name is unknown, or a selected tool has no grips.
     """
     known = {tool.name: tool for tool in tools}
     for name in names:

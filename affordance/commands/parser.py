@@ -1,4 +1,4 @@
-"""Parser for a command's options, with one-line errors, grouped help and an example."""
+"""Parser of a command's options, with one-line errors, grouped help and an example."""
 
 import argparse
 import sys
@@ -8,31 +8,31 @@ from typing import Any, NoReturn, override
 from affordance.commands.terminal import format_error
 from affordance.exceptions import describe_choice, show_value, suggest
 
-# Titles of the option groups that come last in a help text, after positional arguments and all other options.
+# Titles of the option groups at the end of a help text, after positional arguments and all other options.
 ROBOT, OUTPUT = "robot", "output"
 _LAST: dict[str | None, int] = {ROBOT: 1, OUTPUT: 2}
-# Beginning of argparse's message about missing arguments; their names follow.
+# Beginning of argparse's message about missing arguments, which is followed by their names.
 _REQUIRED = "the following arguments are required: "
 _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 
 
 def find_group(parser: argparse.ArgumentParser, title: str) -> argparse._ArgumentGroup:
-    """Finds a group of options by its title, or adds it."""
+    """Finds a group of options by its title. A missing group is added."""
     known = (group for group in parser._action_groups if group.title == title)
     return next(known, None) or parser.add_argument_group(title)
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """Argument parser with one-line errors and without usage text. Options must be written in full.
+    """Argument parser with one-line errors that do not repeat the usage. Options must be written in full.
 
     Attributes:
-        hint: Advice that is shown if there is one argument too many; may be empty.
+        hint: Advice that is shown if there are too many arguments; may be empty.
     """
 
     def __init__(
         self, *, prog: str, description: str | None = None, example: str = "", add_help: bool = True
     ) -> None:
-        """Creates a parser with only ``--help``. The example is the last line of the help."""
+        """Creates a parser that only has ``--help``. The example is the last line of the help."""
         epilog = f"example: {example}" if example else None
         super().__init__(prog=prog, description=description, epilog=epilog, add_help=add_help, allow_abbrev=False)
         self._positionals.title, self._optionals.title = "what", "how"
@@ -57,13 +57,13 @@ class OneLineParser(argparse.ArgumentParser):
         self.exit(2, f"{format_error(self.prog, message.removeprefix('argument '), sys.stderr)}\n")
 
     def _describe_missing(self, shown: str) -> str:
-        """Describes a missing argument with its help text and the example. ``shown`` is argparse's name for it."""
+        """Describes a missing argument with its help and the example. ``shown`` is its name in argparse."""
         meant = (each for each in self._actions if shown in (each.metavar, each.dest, "/".join(each.option_strings)))
         notes = "".join(f" ({each.help})" for each in meant if each.help)
         return "; ".join([f"{shown}: is missing{notes}", *([self.epilog] if self.epilog else [])])
 
     def parse(self, words: Sequence[str]) -> argparse.Namespace:
-        """Parses arguments. The error about an unknown argument suggests the nearest known one."""
+        """Parses arguments. For an unknown argument, the error suggests the most similar known argument."""
         found, unknown = self.parse_known_args(words)
         if unknown:
             self.error(self._describe_unknown(*unknown[:2]))
@@ -101,7 +101,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def _find_whole(word: str) -> str:
-    """Suggests the nearest whole number. The text is empty if the word is not a number."""
+    """Suggests the nearest whole number; empty if the word is not a number."""
     try:
         return f"; the nearest is {round(float(word))}"
     except (ValueError, OverflowError):
@@ -109,11 +109,8 @@ def _find_whole(word: str) -> str:
 
 
 def _describe_setting(name: str, value: str) -> str:
-    """Explains ``--set`` if a setting was given as an option.
-
-    The text is empty if there is no setting of that name.
-    """
-    from affordance.named_settings import list_settings  # imported here, as only this message needs it
+    """Explains ``--set`` if a setting is given as an option; empty if there is no setting of that name."""
+    from affordance.named_settings import list_settings  # imported here, because only this message needs it
 
     known = any(each.name == name for each in list_settings())
     return f"; {name} is a setting: --set {name}={value or 'VALUE'}" if known else ""

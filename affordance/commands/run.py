@@ -1,4 +1,4 @@
-"""``affordance run``: runs experiments, and writes their numbers, figures and report."""
+"""``affordance run``: runs experiments, and writes numbers, figures and a report."""
 
 import argparse
 import sys
@@ -21,12 +21,12 @@ from affordance.robot import Robot
 from affordance.runs.repeats import check_folder
 from affordance.settings import Settings
 
-# Exit status if some of several experiments were left out.
+# Exit status if some of several experiments could not be run.
 LEFT_OUT = 3
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the experiments and returns the exit status. The status is LEFT_OUT if some were left out."""
+    """Runs the experiments and returns the exit status, which is LEFT_OUT if some could not be run."""
     if arguments.experiment == "all":
         return _run({name: find_experiment(name) for name in OF_THE_PAPER}, arguments)
     check_experiment(arguments, ("all", *EXPERIMENTS), or_file=True)
@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *, is_own: bool = False) -> int:
-    """Runs experiments. A user's experiment is first tried with one observer."""
+    """Runs experiments. A user's own experiment is first tested with one observer."""
     if arguments.repeats is None:
         arguments.repeats = 1 if arguments.memory else max(each.observers for each in experiments.values())
     options.check_bounds(arguments)
@@ -77,19 +77,16 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
 
 
 def change_by_extensions(setup: Setup, arguments: argparse.Namespace, robot: Robot) -> Setup:
-    """Returns the setup of an observer with extensions.
-
-    Options can let it see pictures or start with a lasting memory.
-    """
+    """Applies the options that add extensions to an observer's setup: vision from pictures, and a lasting memory."""
     if arguments.vision == "pixels":
-        from affordance.extensions.pixels.pixel_eye import PIXELS  # imported here, as few runs need it
+        from affordance.extensions.pixels.pixel_eye import PIXELS  # imported here, because few runs need it
 
         setup = setup.change(eye=PIXELS)
     return options.remember(setup, arguments, robot) if arguments.memory else setup
 
 
 def describe_plan(names: Sequence[str], setup: Setup) -> str:
-    """Describes the plan of a run with its duration. The estimate uses earlier runs in the same folder."""
+    """Describes the plan of a run. Its expected duration is estimated from earlier runs in the same folder."""
     seconds, unknown = 0.0, []
     for name in names:
         try:

@@ -1,4 +1,4 @@
-"""Finds the experiment that a command names, and builds its setup from the options."""
+"""Finds the experiment that a command names, and builds its setup from options."""
 
 import argparse
 from collections.abc import Collection, Iterator
@@ -17,14 +17,15 @@ from affordance.runs.program_errors import blame_program
 from affordance.runs.program_file import load_program
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
-# Folders of results that no user's table or experiment may write to.
+# Folders of results to which no user's table or experiment may write.
 _TAKEN = (*EXPERIMENTS, "arms", "frames")
 
 
 def check_experiment(arguments: argparse.Namespace, names: Collection[str], *, or_file: bool = False) -> None:
-    """Checks that an experiment exists by name or, if allowed, as a Python file.
+    """Checks that a word names an experiment or, if allowed, a Python file.
 
-    Otherwise a BadValueError is raised.
+    Raises:
+        BadValueError: There is no such experiment.
     """
     if arguments.experiment not in names and not (or_file and Path(arguments.experiment).suffix == ".py"):
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, names))
@@ -34,12 +35,13 @@ def check_experiment(arguments: argparse.Namespace, names: Collection[str], *, o
 def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
     """Finds an experiment by its name, or loads it from a user's Python file.
 
-    While the experiment is open, errors in the file are reported with their line.
+    As long as the context is open, errors in the file are reported with their line.
 
     Args:
         word: Name of an experiment, or path of a file that ends in .py.
 
-    Yields: Name of the experiment, and the experiment.
+    Yields:
+        Name of the experiment, and the experiment.
     """
     path = Path(word)
     if path.suffix != ".py":
@@ -54,7 +56,11 @@ def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
 
 
 def check_own_name(path: Path) -> str:
-    """Returns a file's name without suffix, which names its results. An unusable name raises a BadValueError."""
+    """Returns a file's name without suffix, which becomes the name of its results folder.
+
+    Raises:
+        BadValueError: The name is not valid for a folder, or is used by the program.
+    """
     try:
         run_check("", FileName().check, path.stem)
     except BadArgumentError as error:
@@ -66,9 +72,10 @@ def check_own_name(path: Path) -> str:
 
 
 def check_learner(name: str, changes: Changes) -> None:
-    """Checks that no built-in learner is chosen for an experiment that compares all of them.
+    """Checks that no built-in learner is selected for an experiment that compares all of them.
 
-    Otherwise a BadValueError is raised.
+    Raises:
+        BadValueError: A built-in learner is selected.
     """
     own = {each: value for each, value in changes.items() if each.partition(".")[0] == "learner"}
     if own and change_settings(DEFAULT_SETTINGS, own).learner in LEARNERS.values():
@@ -79,7 +86,7 @@ def check_learner(name: str, changes: Changes) -> None:
 def read_setup(
     arguments: argparse.Namespace, robot: Robot, changes: Changes, kind: type[Settings] = Settings
 ) -> Setup:
-    """Builds an experiment's setup from options and changed settings."""
+    """Builds the setup of an experiment from options and changed settings."""
     return Setup(
         observers=arguments.repeats,
         seed=arguments.seed,

@@ -1,4 +1,4 @@
-"""``affordance study``: lists the studies of the repository; each is a subcommand."""
+"""``affordance study``: lists the studies in the repository. Each study is a subcommand."""
 
 import argparse
 import json
@@ -8,7 +8,7 @@ from affordance.files.model_folder import import_study, list_studies
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the studies, one line each."""
+    """Prints one line for each study."""
     studies = {name: import_study(name).HELP for name in list_studies()}
     if arguments.json:
         print(json.dumps(studies, indent=2))

@@ -13,7 +13,7 @@ from affordance.reporting.formatting import break_line
 
 # Colours of a terminal, as parameters of ANSI's "select graphic rendition".
 RED, GREEN, YELLOW = "31", "32", "33"
-# Verdicts in answers, as patterns, each with its colour.
+# Patterns of verdicts in answers, with the colour of each.
 _VERDICTS = (
     (
         re.compile(
@@ -24,16 +24,14 @@ _VERDICTS = (
     (re.compile(r"(?<=: )trusted$|(?<=in the hand )fits\b|^met\b|^The arms agree\b", re.M), GREEN),
     (re.compile(r"^ *warning:|^The arms differ\b", re.M), YELLOW),
 )
-# Delay before the elapsed time is first shown, and between updates, [s].
+# Time before the elapsed time is first shown, and between updates, [s].
 _PATIENCE = 1.0
 
 
 def find_width(stream: TextIO | None = None) -> int:
-    """Finds the width of the terminal to which a stream is written, in characters.
+    """Finds the width of a stream's terminal, in characters; 0 if the stream is not a terminal.
 
-    The width is 0 if the stream is not a terminal.
-
-    Standard output, the default, has the width in the variable COLUMNS if it is not a terminal.
+    The default stream is standard output. If it is not a terminal, its width is the variable COLUMNS, if set.
     """
     if stream is None and os.environ.get("COLUMNS") and not sys.stdout.isatty():
         return shutil.get_terminal_size(fallback=(0, 0)).columns
@@ -41,15 +39,15 @@ def find_width(stream: TextIO | None = None) -> int:
 
 
 def paint(text: str, colour: str, stream: TextIO) -> str:
-    """Colours a text on a colour terminal, unless NO_COLOR is set."""
+    """Colours a text if the stream is a colour terminal and NO_COLOR is not set."""
     is_wanted = stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     return f"\033[{colour}m{text}\033[0m" if is_wanted else text
 
 
 def format_error(program: str, problem: str, stream: TextIO) -> str:
-    """Formats an error message in one line.
+    """Formats an error message as one line.
 
-    On a terminal, lines are wrapped between words, and the beginning is red.
+    On a terminal, the line is wrapped between words and its beginning is red.
     """
     lead = f"{program}:"
     lines = break_line(f"{lead} {problem}", find_width(stream))
@@ -57,7 +55,7 @@ def format_error(program: str, problem: str, stream: TextIO) -> str:
 
 
 class ElapsedTime:
-    """Line on a terminal with a command's elapsed seconds, until ``end`` is called. The line is on standard error."""
+    """Shows a command's elapsed time in a terminal line on standard error, until ``end`` is called."""
 
     def __init__(self, name: str) -> None:
         """Starts the clock."""
@@ -112,7 +110,7 @@ class ShownOutput:
 
 
 class QuietErrors:
-    """Standard error that claims not to be a terminal. No progress is then shown; messages pass unchanged."""
+    """Standard error that reports not to be a terminal, so that no progress is shown. Messages are not changed."""
 
     def __init__(self, stream: TextIO) -> None:
         """Wraps a stream."""

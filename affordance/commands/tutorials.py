@@ -12,12 +12,12 @@ from affordance.reporting.formatting import break_line
 from affordance.runs.repeats import prepare_folder
 
 TUTORIALS = Path(__file__).parents[1] / "tutorials"
-# Jupyter's programs, the newer one first.
+# Programs of Jupyter, the newer program first.
 _PROGRAMS = ("jupyterlab", "notebook")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Copies new tutorials to the folder, and opens Jupyter."""
+    """Copies tutorials to the folder, except those that it already contains, and opens Jupyter."""
     folder = prepare_folder(arguments.out)
     for path in sorted(TUTORIALS.glob("*.ipynb")):
         target = folder / path.name

@@ -1,10 +1,9 @@
-"""Quadratic program for minimum angular acceleration within limits; mpc.py defines it.
+"""Quadratic program for minimum joint acceleration within limits (the problem is defined in mpc.py).
 
-The accelerations are the decision variables; angles and rates after each step are linear in them. There are many
-limits of angle and rate, but few become active. Limits are therefore added only if a plan without them violates them:
-solve, check, add, and solve again. A solution that violates no other limit is the optimum of the whole program. If no
-plan satisfies all limits, for instance because the arm is already beyond one, a linear program first finds the least
-violation.
+The decision variables are accelerations; angles and rates after each step are linear functions of them. Few of the
+many limits of angle and rate become active. A limit is therefore added only if the previous solution violates it.
+A solution that violates no further limit is the optimum of the full program. If no plan satisfies all limits, for
+example because the arm is already beyond a limit, a linear program first finds the smallest violation.
 """
 
 import numpy as np
@@ -14,18 +13,24 @@ from affordance.arrays import Array
 from affordance.control.problem import MpcSettings, TerminalGoal, compute_responses
 from affordance.plant.arm import JointLimits
 
-# Tolerances of the solvers, four orders of magnitude below their defaults of 1e-6 and 1e-8, so that plans agree with
-# the closed form to 1e-8 (tests/control/test_mpc.py).
+# Tolerances of the solvers. They are four orders of magnitude below the defaults of 1e-6 and 1e-8, so that plans
+# agree with the closed form to 1e-8 (tests/control/test_mpc.py).
 _PLAN_TOLERANCE, _RESCUE_TOLERANCE = 1e-10, 1e-12
-# A limit is not added for a smaller violation, which is rounding, [rad] and [rad/s].
+# Largest violation of a limit that is attributed to rounding errors, [rad] and [rad/s].
 LIMIT_TOLERANCE = 1e-9
 
 
 class AccelerationProgram:
-    """Reusable MathematicalPrograms for goals with given numbers of rows."""
+    """Quadratic program for goals with given numbers of rows, which is built once and solved many times."""
 
     def __init__(self, limits: JointLimits, settings: MpcSettings, num_goal_rows: tuple[int, int]) -> None:
-        """Builds the programs for goals of (m_q, m_v) rows."""
+        """Builds the programs.
+
+        Args:
+            limits: Joint limits.
+            settings: Settings of the controller.
+            num_goal_rows: Numbers of rows of goals for angles and rates, (m_q, m_v).
+        """
         N, T, n = settings.num_steps, settings.horizon, len(limits.tau_max)
         self._limits = limits
         self._times = T / N * np.arange(1, N + 1)
@@ -44,12 +49,12 @@ class AccelerationProgram:
         both = np.concatenate([self._vdot, terminal_slack])
         self._goal = self._plan.AddLinearEqualityConstraint(np.zeros((m, len(both))), nothing, both)
         unbounded = np.full(2 * N * n, np.inf)
-        # Contains the rows of the limits that have been added.
+        # The constraint contains only limits that have been added.
         self._motion = self._plan.AddLinearConstraint(self._motion_response, -unbounded, unbounded, self._vdot)
         torque = (np.eye(n), np.full(n, -np.inf), np.full(n, np.inf))
         self._torque = self._plan.AddLinearConstraint(*torque, self._vdot[:n])
 
-        # Least violation of position and velocity limits: minimises s_q / T^2 + s_v / T.
+        # The smallest violation of angle and rate limits minimises s_q / T^2 + s_v / T.
         self._rescue = MathematicalProgram()
         vdot = self._rescue.NewContinuousVariables(N * n, "vdot")
         self._violation = self._rescue.NewContinuousVariables(2, "overstep")
@@ -72,16 +77,19 @@ class AccelerationProgram:
             self._options.SetOption(ClarabelSolver.id(), name, _RESCUE_TOLERANCE)
 
     def solve(self, x: Array, goal: TerminalGoal, *, M: Array, bias: Array, guess: Array) -> Array | None:
-        """Solves for the accelerations, shape (num_steps, num_joints), [rad/s^2]. Returns None if the solver fails.
+        """Solves for the accelerations of the plan.
 
         Args:
             x: Present angles and rates, (2 num_joints,), [rad, rad/s].
             goal: Goal at the end of the horizon.
             M: Believed mass matrix, (num_joints, num_joints).
             bias: Torques at zero acceleration, (num_joints,), [N m].
-            guess: Accelerations of the result's shape; the limits that they violate are added first.
+            guess: Accelerations, (num_steps, num_joints), [rad/s^2]; limits that they violate are added first.
+
+        Returns:
+            Accelerations, (num_steps, num_joints), [rad/s^2], or None if the solver fails.
         """
-        # Drake would abort the process if coefficients were not finite.
+        # Drake aborts the process if coefficients are not finite.
         if not all(np.isfinite(array).all() for array in (x, M, bias, guess, *goal)):
             return None
         q, v = x[: len(x) // 2], x[len(x) // 2 :]
@@ -98,7 +106,7 @@ class AccelerationProgram:
         return None if vdot is None else vdot.reshape(guess.shape)
 
     def _solve_within(self, lower: Array, upper: Array, guess: Array) -> Array | None:
-        """Solves within bounds on angles and rates, (2 N n,) each. Violated limits are added."""
+        """Solves within bounds on angles and rates, (2 N n,) each, and adds limits as they are violated."""
         entered = np.zeros(len(lower), dtype=bool)
         vdot: Array = guess
         while True:
@@ -115,9 +123,9 @@ class AccelerationProgram:
             vdot = result.GetSolution(self._vdot)
 
     def _find_least_violation(self, lower: Array, upper: Array) -> Array | None:
-        """Computes the least violation of angle and rate limits, (2 N n,). Rounding errors are added.
+        """Computes the smallest violation of angle and rate limits plus a margin for rounding errors, (2 N n,).
 
-        Returns None if the solver failed.
+        The result is None if the solver fails.
         """
         self._rescue_upper.evaluator().UpdateUpperBound(upper)
         self._rescue_lower.evaluator().UpdateLowerBound(lower)
@@ -128,7 +136,7 @@ class AccelerationProgram:
         return np.repeat(violation, len(lower) // 2)
 
     def _compute_margins(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Computes distances of a coasting arm from its limits, (2 N n,) each. Lower limits are first."""
+        """Computes lower and upper limits minus the motion at constant joint rates, (2 N n,) each."""
         num_steps = len(self._times)
         coasting = np.concatenate([q + self._times[:, None] * v, np.tile(v, (num_steps, 1))])
         upper = np.repeat([self._limits.q_upper, self._limits.v_max], num_steps, axis=0)

@@ -6,9 +6,9 @@ import enum
 class CostMeasure(enum.Enum):
     """Cost measure of a motion with joint torques tau and joint rates v."""
 
-    WORK = "absolute work"  # integral of sum_i |tau_i v_i|: braking costs as much as driving (paper, eq. 4)
-    POSITIVE_WORK = "positive work"  # braking is free
-    MUSCULAR_WORK = "muscular work"  # positive work, and negative work weighted by its metabolic cost
+    WORK = "absolute work"  # integral of sum_i |tau_i v_i| (paper, eq. 4)
+    POSITIVE_WORK = "positive work"  # positive work only
+    MUSCULAR_WORK = "muscular work"  # positive work plus negative work weighted by its metabolic cost
     EFFORT = "effort"  # integral of |tau|^2
 
     @property

@@ -1,19 +1,19 @@
-"""Model predictive control with minimum angular acceleration (paper, III).
+"""Model predictive control with minimum joint acceleration (paper, III).
 
-Over a horizon of duration T, in N steps of constant joint acceleration, the planner minimises
+Over a horizon of duration T, with N steps of constant joint acceleration, the planner minimises
 
     1/N sum_k |vdot_k|^2  +  goal_weight |e|^2
 
-where e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is the plan's error relative to the goal at the end of the
-horizon, subject to double-integrator dynamics and
+subject to double-integrator dynamics and
 
     q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N
-    |tau_0| <= tau_max                                                         (torque: of the first control period)
+    |tau_0| <= tau_max                                                         (torque in the first control period)
 
-The slack s is zero if these limits can be satisfied, and otherwise as small as possible. Priorities: torque >
-position and velocity > goal > cost. The goal is soft, so that a plan always exists; it is missed by about 1 /
-goal_weight of the distance. Without active limits, the plan is the solution of a linear system; if that solution
-violates no limit, it is the optimum. With ``always_program``, the quadratic program computes every plan.
+The error e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is the deviation from the goal at the end of the horizon.
+The slack s is zero if the limits can be satisfied, and otherwise as small as possible. Torque limits have priority
+over angle and rate limits, limits over the goal, and the goal over the cost. The goal is soft, so that a plan always
+exists; the remaining error is about 1 / goal_weight of the distance to the goal. A plan without active limits is the
+solution of a linear system. If it violates no limit, it is the optimum.
 """
 
 import enum
@@ -30,28 +30,27 @@ from affordance.plant.arm_model import ArmModel
 
 
 class MpcStatus(enum.Enum):
-    """Status of a plan: how it was computed."""
+    """Status of a plan."""
 
-    FREE = 0  # no limit is active: in closed form, or by the quadratic program if ``always_program``
-    LIMITED = 1  # a limit is active: by the quadratic program
-    FAILED = 2  # the solver failed: the previous plan continues
+    FREE = 0  # no limit is active; the plan is computed in closed form unless ``always_program``
+    LIMITED = 1  # a limit is active; the plan is computed by the quadratic program
+    FAILED = 2  # the solver failed; the previous plan continues
 
 
 class MpcSolution(NamedTuple):
     """Plan of the controller."""
 
     vdot: Array  # joint accelerations, shape (num_steps, num_joints), [rad/s^2]
-    # Torques for the believed inertia, shape (num_joints,), [N m]: the constant torques over the first control period
-    # or, if a limit is active, those at its start, which the program bounds.
+    # Torques for the believed inertia, shape (num_joints,), [N m]. They are constant over the first control period.
+    # If a limit is active, they are the torques at its start, which the program constrains.
     tau: Array
     status: MpcStatus
 
 
 class MinimumAccelerationMpc:
-    """Planner that minimises angular acceleration.
+    """Planner that minimises joint acceleration.
 
-    The cached quantities (factors, programs) depend only on the goal's matrices, so that the result of a solve never
-    depends on earlier solves.
+    Results do not depend on earlier calls, because cached quantities depend only on the matrices of the goal.
     """
 
     def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
@@ -65,7 +64,7 @@ class MinimumAccelerationMpc:
         # The optimal accelerations are vdot = terminal^T y, a linear combination of the last rows of both responses.
         terminal = np.array([angle_response[-1] / T**2, rate_response[-1] / T])  # (2, N)
         self._gram = terminal @ terminal.T
-        # [vdot; q; v] over all steps = trajectory_map @ [q_0; v_0; y_q; y_v]; columns are the joints.
+        # [vdot; q; v] over all steps = trajectory_map @ [q_0; v_0; y_q; y_v], with one column per joint.
         self._trajectory_map = np.block(
             [
                 [np.zeros((N, 2)), terminal.T],
@@ -83,11 +82,12 @@ class MinimumAccelerationMpc:
         self._programs: dict[tuple[int, int], AccelerationProgram] = {}
 
     def solve(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans a motion from state x to a goal. This changes the model's state.
+        """Plans a motion to a goal. Accelerations and torques are NaN if the solver fails.
 
-        The state is (2 num_joints,), [rad, rad/s].
-
-        If the status is FAILED, accelerations and torques are NaN.
+        Args:
+            x: Present angles and rates, (2 num_joints,), [rad, rad/s].
+            goal: Goal at the end of the horizon.
+            model: Model of the arm with the believed payload; its state is changed.
         """
         if self.settings.always_program:
             return self._solve_by_program(x, goal, model)
@@ -101,30 +101,29 @@ class MinimumAccelerationMpc:
         return self.solve_limited(x, goal, model)
 
     def solve_free(self, x: Array, goal: TerminalGoal) -> Array:
-        """Plans without limits, using one matrix product.
+        """Plans without limits by one matrix product. The matrix is cached while C_q and C_v are the same arrays.
 
-        The matrix is cached as long as C_q and C_v are the same arrays.
-
-        Returns: Accelerations, angles and velocities over the steps, shape (3 num_steps, num_joints).
+        Returns:
+            Accelerations, angles and rates over the steps, (3 num_steps, num_joints).
         """
         if goal.C_q is not self._kept_matrices[0] or goal.C_v is not self._kept_matrices[1]:
             self._trajectory_gain = self._compute_trajectory_gain(goal)
-            # Writeable arrays may have other values next time although they are the same objects.
+            # Writeable arrays may change in place, so they cannot be keys of the cache.
             can_change = goal.C_q.flags.writeable or goal.C_v.flags.writeable
             self._kept_matrices = (None, None) if can_change else (goal.C_q, goal.C_v)
-        trajectory: Array = self._trajectory_gain @ np.concatenate([x, goal.d_q, goal.d_v])
+        # At every control step: the method dot has half the overhead of the operator @.
+        trajectory: Array = self._trajectory_gain.dot(np.concatenate([x, goal.d_q, goal.d_v]))
         return trajectory.reshape(3 * self.settings.num_steps, -1)
 
     def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans within the limits with a convex quadratic program.
+        """Plans within the limits with a convex quadratic program, starting with limits that the free plan violates.
 
-        Arguments and result are as in ``solve``, which finds the same optimum if no limit is active. Limits that the
-        unlimited plan violates are added first.
+        Arguments and result are the same as for ``solve``.
         """
         return self._run_program(x, goal, model, guess=self.solve_free(x, goal)[: self.settings.num_steps])
 
     def _solve_by_program(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans with the quadratic program only. Limits that a coasting arm would violate are added first."""
+        """Plans with the quadratic program, starting with limits that motion at constant rates violates."""
         n = len(x) // 2
         solution = self._run_program(x, goal, model, guess=np.zeros((self.settings.num_steps, n)))
         if solution.status is MpcStatus.FAILED:
@@ -141,7 +140,7 @@ class MinimumAccelerationMpc:
         if num_goal_rows not in self._programs:
             self._programs[num_goal_rows] = AccelerationProgram(self.limits, self.settings, num_goal_rows)
         n, vdot = len(x) // 2, None
-        if _is_all(np.isfinite(x)):  # Drake would abort the process otherwise
+        if _is_all(np.isfinite(x)):  # otherwise Drake aborts the process
             model.set_state(x)
             M, bias = model.compute_mass_matrix(), model.compute_inverse_dynamics(np.zeros(n))
             vdot = self._programs[num_goal_rows].solve(x, goal, M=M, bias=bias, guess=guess)
@@ -151,22 +150,20 @@ class MinimumAccelerationMpc:
         return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
 
     def continue_plan(self, vdot: Array, elapsed: float) -> Array:
-        """Returns the accelerations that an earlier plan has now, (num_joints,), [rad/s^2].
+        """Returns the present accelerations of an earlier plan, (num_joints,), [rad/s^2]; zero after its end.
 
         Args:
-            vdot: Accelerations of the plan, (num_steps, num_joints), [rad/s^2]; zero after its end.
-            elapsed: Time since the plan was made, [s].
+            vdot: Accelerations of the plan, (num_steps, num_joints), [rad/s^2].
+            elapsed: Time since the start of the plan, [s].
         """
-        # Apart from rounding, control periods start when steps do.
+        # The constant compensates rounding errors, because steps and control periods start at the same times.
         step = int(elapsed / self.settings.horizon * self.settings.num_steps + 1e-6)
         return vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
 
     def _compute_trajectory_gain(self, goal: TerminalGoal) -> Array:
-        """Computes the gain from [x, d_q, d_v] to the trajectory of n joints.
+        """Computes the gain from [x, d_q, d_v] to the trajectory of n joints, (3 num_steps n, 2 n + m_q + m_v).
 
-        The gain's shape is (3 num_steps n, 2 n + m_q + m_v).
-
-        With S = C terminal in the units of e, and r = d - C [q + T v, v] the error of coasting in the same units, the
+        Let S = C terminal and r = d - C [q + T v, v], the error at constant rates, both in the units of e. The
         optimum of 1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
         """
         T = self.settings.horizon
@@ -174,7 +171,7 @@ class MinimumAccelerationMpc:
         m = m_q + len(goal.d_v)
         C = np.zeros((m, 2 * n))
         C[:m_q, :n], C[m_q:, n:] = goal.C_q, goal.C_v
-        # Rows of C over the joints; S S^T is their Gram matrix, weighted with that of the terminal rows.
+        # S S^T is the product of two Gram matrices: of the rows of C over the joints, and of the rows of terminal.
         rows = np.vstack([goal.C_q, goal.C_v])
         kinds = np.repeat([0, 1], [m_q, m - m_q])
         gram = (rows @ rows.T) * self._gram[np.ix_(kinds, kinds)]
@@ -192,8 +189,5 @@ class MinimumAccelerationMpc:
 
 
 def _is_all(flags: NDArray[np.bool_]) -> bool:
-    """Returns True if all flags are true.
-
-    This takes a third of the time of ``flags.all()``, which is partly in Python.
-    """
+    """Returns True if all flags are true, three times as fast as ``flags.all()``."""
     return bool(np.count_nonzero(flags) == flags.size)

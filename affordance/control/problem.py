@@ -1,4 +1,4 @@
-"""Planning problem of the controller: horizon settings, and the goal at its end."""
+"""Planning problem of the controller: settings, and the goal at the end of the horizon."""
 
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
@@ -16,9 +16,9 @@ class MpcSettings(CheckedFields):
     Attributes:
         horizon: Planning horizon, T, [s].
         num_steps: Number of steps of a plan, N.
-        goal_weight: Weight of the goal's error relative to acceleration, dimensionless.
-        always_program: True to compute every plan with the quadratic program, even if no limit is active and the
-            closed form gives the same plan in a tenth of the time or less.
+        goal_weight: Weight of the goal error relative to acceleration, dimensionless.
+        always_program: If True, the quadratic program computes every plan. If no limit is active, the closed form
+            gives the same plan in at most a tenth of the time.
     """
 
     horizon: Annotated[
@@ -32,7 +32,7 @@ class MpcSettings(CheckedFields):
     goal_weight: Annotated[
         float,
         Within(1e-6, 1e18),
-        Setting("1", "the goal is missed by a millionth of the way (docs/decisions/0005-controller.md)"),
+        Setting("1", "the error is a millionth of the distance to the goal (docs/decisions/0005-controller.md)"),
     ] = 1e6
     always_program: Annotated[
         bool, Setting("", "the closed form gives the same plan (docs/decisions/0005-controller.md)")
@@ -49,10 +49,7 @@ class TerminalGoal(NamedTuple):
 
 
 def compute_responses(settings: MpcSettings) -> tuple[Array, Array]:
-    """Computes responses of angles and rates to accelerations, (N, N) each.
-
-    Rows are times after each step, columns unit accelerations in each step.
-    """
+    """Computes angles and rates after each step (rows) for unit acceleration in each step (columns), (N, N) each."""
     N = settings.num_steps
     h = settings.horizon / N
     steps = np.arange(1, N + 1)

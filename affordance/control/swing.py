@@ -1,14 +1,13 @@
-"""Plans the swing of a blow, from rest to a strike, with minimum angular acceleration.
+"""Plans swings from rest to a strike with minimum joint acceleration.
 
-Among all motions of duration D from rest at q_0 to angles q_1 with rates v_1, a cubic in time minimises the integral
-of |vdot|^2. The minimum is
+Of all motions of duration D from rest at q_0 to angles q_1 with rates v_1, a cubic in time minimises the integral of
+|vdot|^2. The minimum is
 
     12 |d|^2 / D^3 - 12 d^T v_1 / D^2 + 4 |v_1|^2 / D,    d = q_1 - q_0
 
-The strike fixes the position and velocity of the striking point and makes the face square to the target. The
-remaining degrees of freedom of (q_1, v_1) minimise this integral within the joints' limits. A cubic is also the
-motion of minimum acceleration between any two of its own points, so a controller that minimises acceleration towards
-its points follows it exactly.
+The strike determines position and velocity of the striking point, and requires that the face is perpendicular to the
+blow. The remaining degrees of freedom of (q_1, v_1) minimise the integral within the joint limits. The cubic also has
+minimum acceleration between any two of its points, so a controller that minimises acceleration follows it exactly.
 """
 
 from collections.abc import Sequence
@@ -26,28 +25,27 @@ from affordance.plant.arm import JointLimits
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import cross
 
-# Times at which position and velocity limits are enforced, as fractions of a swing's duration. Between them, a joint
-# that accelerates with 50 rad/s^2 exceeds a limit by at most a milliradian.
+# Times at which angle and rate limits are enforced, as fractions of the duration. Between them, a joint that
+# accelerates with 50 rad/s^2 exceeds an angle limit by at most a milliradian.
 _CHECKED = np.linspace(0.02, 1.0, 50)
 # Scales of the optimisation: costs are in units of 100 rad^2/s^3, errors in decimetres and m/s.
 _COST_SCALE, _PLACE_SCALE = 1e-2, 10.0
 _MAX_MISS = 1e-5
-# A swing counts as touching a limit within this distance, [rad] or [rad/s].
+# Distance to a limit below which a swing is treated as touching it, [rad] or [rad/s].
 _TOUCH = 1e-3
-# Time from the first touch until the arm begins to return, [s]. For effective masses of 0.15 to 2.4 kg, as on the
-# arms of twenty robots, the nail is at rest within 13 ms. If rotors increase the mass to 6 kg, the nail takes 20 ms,
-# and the force is reached too.
+# Time from the first contact until the arm begins to return, [s]. For effective masses of 0.15 to 2.4 kg, found for
+# the arms of twenty robots, the nail is at rest within 13 ms. If rotors increase the mass to 6 kg, it takes 20 ms;
+# the demanded force is still reached.
 FOLLOW_THROUGH = 0.015
-# Margin of swings to the joint limits, [rad]: a controller that plans in steps of 20 ms deviates from a swing's
-# angles by about a degree.
+# Margin of swings to angle limits, [rad]. A controller with steps of 20 ms deviates from a swing by about a degree.
 _MARGIN = np.radians(1.0)
-# Equivalent time of coasting to rest, [s]: a joint keeps its rate while the nail is driven and then brakes uniformly
-# within 0.1 s, less than half of the controller's horizon. Angles must stay within limits for this time after the
-# strike.
+# Rotation of a joint after the strike divided by its rate at the strike, [s]. A joint keeps its rate while the nail
+# is driven, and then brakes uniformly within 0.1 s, less than half of the controller's horizon.
 COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
-# A face closer than half the breadth of a hand is under the hand (models/README.md), [m].
+# Half the breadth of a hand, [m]. The hand covers faces with a smaller x coordinate (models/README.md).
 HAND = 0.044
-# Cosine above which a face points along the blow (within 60 degrees); the search for a strike stays in this range.
+# Cosine above which a face points along the blow (within 60 degrees). The search for a strike is restricted to this
+# range.
 ALONG = 0.5
 
 
@@ -60,10 +58,7 @@ class Swing(NamedTuple):
     duration: float  # time from rest to the strike, [s]
 
     def evaluate(self, times: Array) -> tuple[Array, Array, Array]:
-        """Computes angles, rates and accelerations at N times, (N, num_joints) each.
-
-        Times outside the swing are allowed.
-        """
+        """Computes angles, rates and accelerations, (N, num_joints) each, at any N times, [s]."""
         D = self.duration
         u = np.asarray(times)[:, None] / D
         d = self.q_end - self.q_start
@@ -73,38 +68,47 @@ class Swing(NamedTuple):
 
 
 class Target(NamedTuple):
-    """Target of a blow, and the point S of the tool that strikes it."""
+    """Target of a blow, and the striking point S of the tool."""
 
     q_start: Array  # joint angles at the start of the swing, shape (num_joints,), [rad]
     p_TS: Array  # position of S in the tool, shape (3,), [m]
     normal_T: Array  # outward normal of the tool at S, expressed in T, shape (3,)
-    radius: float  # radius of curvature of the tool at S; infinite if the tool is flat there, [m]
+    radius: float  # radius of curvature of the tool at S; infinite for a flat face, [m]
     p_WS: Array  # position of S at the strike, shape (3,), [m]
-    direction_W: Array  # direction of the blow, and of the tool's normal at the strike, a unit vector, shape (3,)
+    direction_W: Array  # unit vector of the blow and of the tool's normal at the strike, shape (3,)
 
 
 class StrikeCondition:
-    """Constraints on angles and velocities at a strike, z = (q_1, v_1).
+    """Constraints on angles and rates at a strike, z = (q_1, v_1).
 
-    A face that is square to the blow might point away from the target, so that the tool would have to pass through
-    it. If the face does not point along the blow at the start, the cosine between them is therefore bounded too.
+    A face that is perpendicular to the blow could point away from the target. If it does not point along the blow at
+    the start, the cosine between its normal and the blow is therefore constrained to be positive.
     """
 
     def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
-        """Stores arm model, target and tip speed, [m/s]. Every use changes the state of the model."""
+        """Stores the constraints.
+
+        Args:
+            model: Model of the arm; its state is changed by each evaluation.
+            target: Target of the blow.
+            speed: Tip speed, [m/s].
+        """
         self._model = model
         self._target = target
         self._velocity_W = speed * target.direction_W
-        self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
+        self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions perpendicular to the blow
         model.set_posture(target.q_start)
         turned = [] if target.direction_W @ self._compute_normal() > ALONG else [np.inf]
         self.lower: Array = np.zeros(8 + len(turned))  # bounds of each entry, (8,) or (9,)
         self.upper: Array = np.array([0.0] * 8 + turned)
 
     def compute(self, z: Array) -> Array:
-        """Computes errors of position, velocity and squareness, (8,) or (9,).
+        """Computes errors of position, velocity and direction of the face, (8,) or (9,).
 
-        The ninth value is the cosine, if it is bounded. Angles and rates at the strike are z, (2 num_joints,).
+        The ninth value is the cosine between the face's normal and the blow, if it is constrained.
+
+        Args:
+            z: Angles and rates at the strike, (2 num_joints,).
         """
         model, target, n = self._model, self._target, len(z) // 2
         model.set_posture(z[:n])
@@ -120,14 +124,14 @@ class StrikeCondition:
         return normal_W
 
     def compute_with_gradient(self, z: Array) -> Array:
-        """Computes the errors for Drake's AutoDiff, with their exact gradient.
+        """Computes the errors with their exact gradient, for Drake's AutoDiff.
 
-        Rotating joint i rotates everything beyond it about its axis w_i; w_i = 0 for a prismatic joint. A column J_j
-        of the Jacobian of S therefore changes by w_i x J_j for j >= i and by w_j x J_i for j < i.
+        Joint i rotates all links beyond it about its axis w_i; w_i = 0 for a prismatic joint. The derivative of
+        column J_j of the Jacobian of S by angle i is therefore w_i x J_j for j >= i and w_j x J_i for j < i.
         """
         value = ExtractValue(z).ravel()
         n = len(value) // 2
-        missed = self.compute(value)  # leaves the model at these angles
+        missed = self.compute(value)  # also sets the model to these angles
         R_WT = self._model.compute_hand_pose().rotation().matrix()
         w, of_hand = np.split(self._model.compute_hand_jacobian().T, 2, axis=1)  # (n, 3) each
         J = of_hand + cross(w, R_WT @ self._target.p_TS)
@@ -145,7 +149,7 @@ class StrikeCondition:
         return with_gradient
 
     def is_met(self, z: Array) -> bool:
-        """Returns True if the strike is within tolerances and faces the target."""
+        """Returns True if the strike is within tolerances and the face points to the target."""
         is_near = bool(np.abs(self.compute(z)[:8]).max() <= _MAX_MISS)
         return is_near and bool(self._target.direction_W @ self._compute_normal() > 0.0)
 
@@ -153,13 +157,14 @@ class StrikeCondition:
 def find_target(
     model: ArmModel, parts: Sequence[PosedShape], *, q_start: Array, offset_W: Array, direction_W: Array
 ) -> Target:
-    """Finds the striking point of a tool and its target. The model is left at rest in the start posture.
+    """Finds the striking point of a tool and its target.
 
-    The striking point is the centre of the striking face furthest ahead in the hand's frame. A tool without a
-    striking face strikes with the point of its free part that is furthest along the blow in the start posture.
+    The striking point is the centre of the striking face with the largest x coordinate in the hand frame. A tool
+    without a striking face strikes with the point of its free part that is furthest along the blow in the start
+    posture.
 
     Args:
-        model: Model of the arm; its state is changed.
+        model: Model of the arm; it is set to rest in the start posture.
         parts: Parts of the tool, posed relative to the hand.
         q_start: Joint angles at the start, (num_joints,), [rad].
         offset_W: Position of the target relative to the striking point at the start, (3,), [m].
@@ -186,17 +191,17 @@ def find_target(
 def plan_swing(
     model: ArmModel, target: Target, *, speed: float, duration: float, guess: Swing | None = None
 ) -> Swing:
-    """Plans a swing from rest to a strike. This changes the model's state.
+    """Plans a swing from rest to a strike.
 
     Args:
-        model: Model of the arm.
+        model: Model of the arm; its state is changed.
         target: Target of the blow.
         speed: Tip speed at the strike, [m/s].
         duration: Time from rest to the strike, [s].
         guess: Swing from which the search starts; None for the start posture.
 
     Raises:
-        AffordanceError: If no swing within position and velocity limits strikes like this.
+        AffordanceError: No swing within the limits of angle and rate strikes as demanded.
     """
     q_start, D = target.q_start, duration
     limits = model.arm.shrink_limits(_MARGIN, q_start)
@@ -211,8 +216,8 @@ def plan_swing(
     program.AddQuadraticCost(curvature, -curvature @ from_start, z, is_convex=True)
     program.AddConstraint(condition.compute_with_gradient, condition.lower, condition.upper, z)
     bounds = _bound_motion(q_start, D, limits)
-    # Most joints come near no limit. The limits of a joint are added if the guess touches or the swing violates one
-    # of them, and all limits are added if no swing is found otherwise.
+    # Most joints are far from their limits. The limits of a joint are added if the guess touches or the swing
+    # violates one of them. If no swing is found, all limits are added.
     entered = np.zeros(n, dtype=bool)
     entering = entered if guess is None else ~bounds.find_within(np.hstack(guess[1:3]), _TOUCH)
     while True:
@@ -230,24 +235,21 @@ def plan_swing(
 
 
 class _Bounds(NamedTuple):
-    """Linear bounds on a swing's angles and velocities.
-
-    The bounds are lower <= matrix z <= upper, with z = (q_1, v_1).
-    """
+    """Linear bounds on the angles and rates of a swing, lower <= matrix z <= upper with z = (q_1, v_1)."""
 
     matrix: Array
     lower: Array
     upper: Array
 
     def find_within(self, z: Array, margin: float) -> NDArray[np.bool_]:
-        """Returns True for each joint within its bounds by a margin, (num_joints,)."""
+        """Returns a mask of joints that keep a margin to all of their bounds, (num_joints,)."""
         value = self.matrix @ z
         within = (value - self.lower >= margin) & (self.upper - value >= margin)
         return within.reshape(-1, len(z) // 2).all(axis=0)
 
 
 def _bound_motion(q_start: Array, duration: float, limits: JointLimits) -> _Bounds:
-    """Builds bounds on angles and velocities during a swing and after coasting to rest."""
+    """Builds bounds on angles and rates during a swing, and on the angles after it."""
     u, D, each = _CHECKED[:, None], duration, np.eye(len(q_start))
     of_q, of_v = [3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], [6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u]
     of_start = [1.0 - 3.0 * u**2 + 2.0 * u**3, 6.0 * (u**2 - u) / D, np.zeros((1, 1))]
@@ -262,16 +264,16 @@ def _bound_motion(q_start: Array, duration: float, limits: JointLimits) -> _Boun
 
 
 def _solve(program: MathematicalProgram, z: Array, condition: StrikeCondition) -> Array | None:
-    """Solves for the strike (q_1, v_1). Returns None if the search fails."""
+    """Searches the optimal strike (q_1, v_1). Returns None if the search fails."""
     result = SnoptSolver().Solve(program)
     found: Array = result.GetSolution(z)
     return found if result.is_success() and condition.is_met(found) else None
 
 
 def _guess_end(model: ArmModel, target: Target, speed: float) -> Array:
-    """Guesses angles and velocities at the strike, (2 num_joints,).
+    """Returns initial values for angles and rates at the strike, (2 num_joints,).
 
-    The guess has the start angles and the least rates that give S its velocity.
+    These are the start angles, and the smallest rates that give S the required velocity.
     """
     model.set_posture(target.q_start)
     J = model.compute_point_jacobian(target.p_TS)

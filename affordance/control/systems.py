@@ -1,4 +1,4 @@
-"""Control system of the paper's figure 2: model predictive control based on the believed inertia."""
+"""Drake system of the controller in figure 2 of the paper."""
 
 import dataclasses
 import logging
@@ -29,16 +29,16 @@ class ControlCounts(NamedTuple):
 
 
 class MpcController(SampledSystem):
-    """Controller that replans every control period and then holds the torque.
+    """Model predictive controller, which plans once per control period with the believed inertia.
 
-    The discrete state consists of the held torque, the plan, and counts of control periods. The task chooses the
-    horizon; if it is zero, the previous plan continues. The same happens, with a logged warning, if the solver fails.
-    The seed of a sampled density is a parameter of the Context. The model and the planners are working memory that
-    any Context may overwrite, so only one Context may be advanced at a time.
+    The torque is constant within a control period. The previous plan continues if the task chooses a horizon of zero,
+    or if the solver fails, which is logged as a warning. The discrete state consists of the torque, the plan, and
+    counts of control periods. The seed for sampled densities is a parameter of the Context. Only one Context may be
+    simulated at a time, because all Contexts share the model and the planners.
 
     Input ports:
         belief: Belief about the object, ObjectBelief.
-        goal: Task, which computes the goal, Task.
+        goal: Task of the controller, Task.
         state: True joint angles and velocities, (2 num_joints,), [rad, rad/s].
 
     Output ports:
@@ -59,7 +59,7 @@ class MpcController(SampledSystem):
         self._limits = arm.shrink_limits(angle_margin, arm.home)
         self._settings = settings
         self._control_period = control_period
-        # Planners by their horizons in control periods; built at first use.
+        # Planners by horizon in control periods; each is built at first use.
         self._mpcs: dict[int, MinimumAccelerationMpc] = {}
         self._get_mpc(settings.horizon)
         self._num_joints = arm.num_joints
@@ -84,12 +84,12 @@ class MpcController(SampledSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(control_period, 0.0, self._update)
 
     def get_counts(self, context: Context) -> ControlCounts:
-        """Returns the numbers of limited and of failed control periods so far."""
+        """Returns the numbers of control periods with an active limit, and without a new plan."""
         limited, failed = context.get_discrete_state(self._counts).value()
         return ControlCounts(int(limited), int(failed))
 
     def _calc_payload(self, context: Context) -> Array:
-        """Computes inertial parameters at the belief's point estimate, once per belief."""
+        """Computes inertial parameters at the point estimate of the belief."""
         belief = self._belief.Eval(context)
         rng = np.random.default_rng(self.seed.get(context))
         return belief.compute_parameters(belief.densities.compute_point_estimate(self._point_estimate, rng))
@@ -100,7 +100,7 @@ class MpcController(SampledSystem):
             self._model.set_payload(payload)
             self._shown_payload = payload
         x = self._state.Eval(context)
-        if not math.isfinite(x @ x):  # Drake would abort the process if a plant were set to such a state
+        if not math.isfinite(x.dot(x)):  # Drake aborts the process if a plant is set to such a state
             self._count_failure(context, discrete_state, "the state is not finite; the torque is unchanged")
             return
         now, task = context.get_time(), self._goal.Eval(context)
@@ -129,7 +129,7 @@ class MpcController(SampledSystem):
         return self._mpcs[ticks]
 
     def _continue_plan(self, context: Context, discrete_state: DiscreteValues, x: Array) -> None:
-        """Continues the previous plan."""
+        """Sets the torque from the previous plan."""
         made, horizon = context.get_discrete_state(self._made).value()
         plan = context.get_discrete_state(self._plan).value().reshape(-1, self._num_joints)
         vdot = self._get_mpc(horizon).continue_plan(plan, context.get_time() - made)

@@ -1,7 +1,6 @@
-"""Tasks of the controller: interface, start postures, and holding an object still.
+"""Interface of the controller's tasks, start postures, and the task of holding an object still.
 
-The goal of a hold is the hand's pose and, in its null space, the arm's posture. A posture determines the hand's pose,
-so the posture itself is closest to both goals, and nothing needs to be linearised
+The goal of a hold is a posture of all joints. It includes the pose of the hand, so nothing must be linearised
 (docs/decisions/0005-controller.md).
 """
 
@@ -22,30 +21,37 @@ from affordance.plant.arm_model import ArmModel
 
 @runtime_checkable
 class Task(Protocol):
-    """Task with a start posture, and a goal at the end of the controller's horizon."""
+    """Task of the controller: a start posture, and a goal for the end of each horizon."""
 
     q_start: Array  # joint angles at the start, at rest, shape (num_joints,), [rad]
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses the horizon, [s], as a whole number of control periods. Zero continues the previous plan.
+        """Returns the horizon, [s], by default the longest. Zero continues the previous plan.
 
-        By default it is the longest horizon.
+        Args:
+            time: Time since the start of the task, [s].
+            longest: Longest horizon, [s]. All horizons are integer multiples of the control period.
         """
         return longest
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Computes the goal at the end of the horizon, [s]. The state x is (2 num_joints,), [rad, rad/s].
+        """Computes the goal at the end of the horizon.
 
-        The model's state may be changed. Matrices that do not change should be the same arrays in every call, so that
-        their factors can be cached.
+        Constant matrices should be the same arrays in each call, so that results can be cached.
+
+        Args:
+            model: Model of the arm; its state may be changed.
+            x: Present angles and rates, (2 num_joints,), [rad, rad/s].
+            time: Time since the start of the task, [s].
+            horizon: Horizon, [s].
         """
 
 
-# Start posture: names and angles, [rad], of the joints that differ from the home posture.
+# Start posture: names and angles, [rad], of joints that are not at their home angles.
 type Start = tuple[tuple[str, float], ...]
 
 
-# Start posture in a file; omitted if a task starts in the home posture.
+# Start posture in a file, which is the home posture if the entry is omitted.
 type StartEntry = Annotated[
     dict[str, Annotated[float, Within(-2.0 * math.pi, 2.0 * math.pi)]],
     Field(description="Joints whose start angle differs from the home posture, and their angles, [rad]."),
@@ -53,9 +59,10 @@ type StartEntry = Annotated[
 
 
 def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:
-    """Checks that the arm can take a start posture from a task file.
+    """Checks that a start posture from a task file is valid for an arm.
 
-    Otherwise a BadValueError names the file, ``key``, and the joint.
+    Raises:
+        BadValueError: A joint is unknown, or an angle exceeds its limits. The message contains file, key and joint.
     """
     for name, angle in start:
         try:
@@ -65,7 +72,7 @@ def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:
 
 
 class Hold(Task):
-    """Task of holding an object where it was handed over."""
+    """Task of holding an object still."""
 
     def __init__(self, q_posture: Array) -> None:
         """Stores the joint angles to hold, (num_joints,), [rad]."""
@@ -76,5 +83,5 @@ class Hold(Task):
             array.setflags(write=False)
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Returns the goal: rest in the posture to hold, at any state and time."""
+        """Returns the goal, which is always rest in the given posture."""
         return self._goal

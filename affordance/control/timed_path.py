@@ -1,4 +1,4 @@
-"""Timed paths in space, read from YAML files such as those in models/paths/."""
+"""Paths in space with minimum-jerk timing, and their YAML files (models/paths/)."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,18 +20,18 @@ _DURATION = Within(0.05, 60.0)
 _TOLERANCE = Within(1e-4, _REACH_MAX)
 # Smallest distance between successive points of a path, [m].
 _SEPARATION_MIN = 1e-3
-# Factors on duration and lengths that are tried to make a task feasible.
+# Factors on duration and lengths of easier paths.
 EASIER_PACES, EASIER_SIZES = (1.0, 2.0), (1.0, 0.75, 0.5, 0.25)
 _MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True)
 class TimedPath:
-    """Smooth curve through points, traversed from rest to rest with minimum-jerk timing.
+    """Smooth path through points from rest to rest with minimum-jerk timing.
 
     Attributes:
-        points: Points after the start, relative to it, in W, at least one, [m].
-        start: Start angles, [rad], of the joints that differ from the arm's home posture.
+        points: At least one point after the start, relative to the start, in W, [m].
+        start: Start angles, [rad], of joints that do not start at their home angles.
         duration: Time from start to end, [s].
         tolerance: Largest allowed distance from the path, [m].
     """
@@ -42,7 +42,11 @@ class TimedPath:
     start: Start = ()
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError if a number is not finite or out of bounds, or if there is no point."""
+        """Checks all values.
+
+        Raises:
+            BadArgumentError: A number is not finite or out of bounds, or there is no point.
+        """
         points = check_array("points", self.points, (None, 3))
         if not len(points):
             raise BadArgumentError("points", "", "is empty, must hold at least one point")
@@ -50,13 +54,13 @@ class TimedPath:
         check_fields(self)
 
     def describe_error(self, error: float) -> str:
-        """Describes the error of a motion that leaves the path, [m]. The text is empty within the tolerance."""
+        """Describes a distance from the path, [m], that exceeds the tolerance; otherwise empty."""
         if error <= self.tolerance:
             return ""
         return f"leaves the path by {error:.3g} m, must stay within {self.tolerance:g} m"
 
     def name_nearest_point(self, time: float) -> str:
-        """Describes the given point nearest to the path's position at a time, [s]."""
+        """Describes which point is nearest to the path's position at a time, [s]."""
         place = self.build_trajectory().value(min(max(time, 0.0), self.duration))[:, 0]
         nearest = int(np.argmin(np.linalg.norm(np.array([(0.0, 0.0, 0.0), *self.points]) - place, axis=1)))
         if nearest == 0:
@@ -65,11 +69,9 @@ class TimedPath:
         return f"point {nearest} of {len(self.points)} at [{where}]"
 
     def list_easier(self, paces: Sequence[float], sizes: Sequence[float]) -> "Iterator[tuple[TimedPath, str]]":
-        """Lists the path and easier variants, each with a description.
+        """Yields the path, with an empty description, and easier variants with descriptions.
 
-        Variants are mirrored, slower, and finally smaller.
-
-        The first entry is the path itself, with an empty description. Durations that files may not have are left out.
+        Variants are mirrored first, then slower, then smaller. Durations that are out of bounds are omitted.
 
         Args:
             paces: Factors on the duration, starting with 1.
@@ -88,7 +90,7 @@ class TimedPath:
                     yield replace(self, points=rows, duration=self.duration * pace), ", ".join(words)
 
     def build_trajectory(self) -> Trajectory:
-        """Builds the trajectory relative to the start, (3, 1), [m]. The arm is at rest before and after.
+        """Builds the trajectory of positions relative to the start, (3, 1), [m], from rest to rest.
 
         The curve is a cubic spline over the chord length, or a line if there is only one point. The timing is
         s(t) = 10 u^3 - 15 u^4 + 6 u^5 with u = t / duration (Flash & Hogan 1985, eq. 3).
@@ -121,7 +123,7 @@ class PathEntry(DataModel):
 
     @model_validator(mode="after")
     def check_steps(self) -> Self:
-        """Rejects a path with two successive points that (almost) coincide."""
+        """Checks that successive points do not coincide."""
         steps = np.linalg.norm(np.diff(np.array(self.points), axis=0, prepend=0.0), axis=1)
         if (steps < _SEPARATION_MIN).any():
             problem = f"is {steps.min():g} m from the previous point, must be at least {_SEPARATION_MIN:g} m"
@@ -129,16 +131,14 @@ class PathEntry(DataModel):
         return self
 
     def build(self) -> TimedPath:
-        """Builds the path from its entry."""
+        """Builds the path."""
         return TimedPath(tuple(self.points), self.duration, self.tolerance, tuple(self.start.items()))
 
 
 def load_path(path: StrPath) -> TimedPath:
-    """Reads a path file with the keys ``duration``, ``tolerance``, ``points`` and ``start``.
-
-    Each point is a list of three coordinates.
+    """Loads a path from a file with the keys ``duration``, ``tolerance``, ``points`` and ``start``.
 
     Raises:
-        BadValueError: The file or one of its values is invalid; the message names file, key and fault.
+        BadValueError: The file or one of its values is invalid. The message contains file, key and reason.
     """
     return load_model(check_path("path", path), PathEntry).build()

@@ -1,1 +1,1 @@
-"""Drake and the operating system: libraries, off-screen renderer, and the base class of systems."""
+"""Base class of Drake systems, off-screen renderer, and system libraries."""

@@ -8,12 +8,16 @@ from pydrake.geometry import MakeRenderEngineVtk, RenderEngine, RenderEngineVtkP
 
 from affordance.exceptions import UnavailableError
 
-# Address space required by the renderer, [bytes]: it uses 0.65 GB, and crashes the process if there is less.
+# Address space required by the renderer, [bytes]. It uses 0.65 GB, and the process crashes if there is less.
 _NEEDED = 1_000_000_000
 
 
 def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
-    """Creates the renderer. A missing system library, or too little memory, raises an UnavailableError."""
+    """Creates Drake's renderer.
+
+    Raises:
+        UnavailableError: A system library is missing, or there is too little memory.
+    """
     room = _find_room()
     if room < _NEEDED:
         problem = f"{room / 1e9:.2f} GB of address space are left, must be at least {_NEEDED / 1e9:g} GB"
@@ -25,10 +29,7 @@ def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
 
 
 def _find_room() -> float:
-    """Computes the address space left to this process, [bytes].
-
-    The space is infinite without a limit, or if unknown.
-    """
+    """Computes the address space that remains for this process, [bytes]; infinite if unlimited or unknown."""
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
     sizes = Path("/proc/self/statm")  # on Linux
     if most == resource.RLIM_INFINITY or not sizes.exists():

@@ -1,6 +1,6 @@
-"""Detects and installs missing system libraries that wheels do not include.
+"""Detects and installs missing system libraries that Python packages do not include.
 
-This module imports no library that could be missing.
+This module imports only libraries that are always available.
 """
 
 import ctypes
@@ -35,13 +35,13 @@ LIBRARIES = (
     SystemLibrary("libXrender.so.1", "libxrender1", "pictures of Diagrams", False),
     SystemLibrary("libEGL.so.1", "libegl1", "rendered pictures", False),
 )
-# Libraries of Pinocchio, which tests compare with.
+# Libraries that Pinocchio needs, with which tests compare results.
 TEST_LIBRARIES = (SystemLibrary("libgomp.so.1", "libgomp1", "Pinocchio, for tests", False),)
 
 
 @contextmanager
 def hide_font_warnings() -> Iterator[None]:
-    """Suppresses fontconfig's warnings about system files on the terminal. Other output is kept."""
+    """Suppresses fontconfig's warnings about system files on standard error. Other output is still printed."""
     sys.stderr.flush()
     terminal = os.dup(_STDERR)
     with tempfile.TemporaryFile() as caught:
@@ -69,9 +69,10 @@ def write_command(missing: list[SystemLibrary]) -> str:
 
 
 def provide_libraries(for_tests: bool = False) -> None:
-    """Installs missing libraries with apt-get if run as root. Otherwise prints the command for it.
+    """Installs missing libraries with apt-get if the user is root. Otherwise prints the command that installs them.
 
-    If a required library is still missing then, an AffordanceError is raised.
+    Raises:
+        AffordanceError: A required library is still missing.
     """
     missing = find_missing(for_tests)
     if not missing:

@@ -1,4 +1,1 @@
-"""Experiments, one file each, and their shared parts.
-
-These are observers in processes, lifts, results and drawings.
-"""
+"""Simulated experiments, one per file, and their shared functions."""

@@ -1,8 +1,8 @@
 """Simulation II (paper, IV-B): the centre of mass of objects of equal weight.
 
-Two objects of wood and steel are held several times; the second is the first turned around. With the densities
-learned from them, each is held once more, and so is a decoy with the look of the first and the materials of the
-second. Expected: the two objects stay in place, and the decoy rises (figure 6).
+Each observer holds two objects made of wood and steel several times; the second object is the first turned around. It
+then holds both again, and a decoy that looks like the first object but is made like the second. Expected: the two
+objects stay in place, and the decoy rises (figure 6).
 """
 
 import itertools
@@ -56,18 +56,22 @@ from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import observe as look_at
 from affordance.vision.prediction import predict_object
 
-OBJECTS = "tools/com.yaml"  # in the folder of models: two objects, and the decoy
-DURATION = 3.0  # of each hold in the test pass, [s]
-SAME_MASS = 1e-9  # relative difference up to which masses are equal but for rounding
-APART = 1e-3  # smallest distance at which two centres of mass count as different, [m]
+OBJECTS = "tools/com.yaml"  # in the folder of models: two objects and the decoy
+DURATION = 3.0  # duration of each hold in the test block, [s]
+SAME_MASS = 1e-9  # largest relative difference of equal masses, due to rounding errors
+APART = 1e-3  # smallest distance between different centres of mass, [m]
 POINTS = {"height_centre": "geometric centre", "height_grip": "grip", "height_com": "true centre of mass"}
-LOOK = 9  # last entry of the seed for looking at an object; the draws of a trial count from 0
-# Numbers of `measure` that are predicted for every learner, and their meanings.
+LOOK = 9  # last entry of the seed for observing an object; other draws of a trial have lower entries
+# Names and meanings of the measures of `measure` that are predicted for each learner.
 PREDICTED = {"height_extreme_m": "largest excursion of each object's geometric centre, m"}
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment. Unsuitable objects raise a BadValueError."""
+    """Runs the experiment.
+
+    Raises:
+        BadValueError: The objects do not fit the experiment.
+    """
     tools = read(setup)
     experience = gain_experience(setup, tools[:2])
     data = run_observers("com", setup, observe, tools, experience, follows_from=(tools, gain_experience))
@@ -84,8 +88,9 @@ def run(setup: Setup) -> Results:
             f" {second}; nothing is learned in this last pass."
         ),
         finding=(
-            f"After {trials} trials, the mass of an object is predicted from sight with a median error of"
-            f" {numbers['mass_error']:.1%}; that of its centre of mass is {1000.0 * numbers['com_error_m']:.1f} mm."
+            f"After {trials} trials, predictions from sight have median errors of"
+            f" {100.0 * numbers['mass_error']:.1f} % in mass and {1000.0 * numbers['com_error_m']:.1f} mm"
+            " in the centre of mass."
         ),
         data=add_motion(data, shown, setup.settings),
         numbers=numbers,
@@ -135,7 +140,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the results of each observer for every learner."""
+    """Simulates all observers with each learner, and returns their measures."""
     tools = read(setup)
 
     def measure_one(setup: Setup) -> dict[str, Measure]:
@@ -148,7 +153,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> Sequence[Tool]:
-    """Reads the two objects and the decoy, and checks that they fit the experiment."""
+    """Loads the two objects and the decoy, and checks that they fit the experiment."""
     file = setup.models / OBJECTS
     tools = read_tools(setup.models, OBJECTS)
     if len(tools) != 3:
@@ -167,10 +172,10 @@ def read(setup: Setup) -> Sequence[Tool]:
     if decoy.appearance != first.appearance:
         raise BadValueError(file, f"tools: {decoy.name}", f"looks unlike {first.name}, must look the same")
     if not np.allclose(decoy.parameters, second.parameters, rtol=SAME_MASS, atol=SAME_MASS):
-        problem = f"is made unlike {second.name}, must have the same inertia"
+        problem = f"has another inertia than {second.name}, must have the same"
         raise BadValueError(file, f"tools: {decoy.name}", problem)
     if np.linalg.norm(first.p_TTcm - second.p_TTcm) < APART:
-        problem = f"has its centre of mass within {APART:g} m of that of {first.name}, must have it elsewhere"
+        problem = f"has its centre of mass within {APART:g} m of that of {first.name}, must be farther away"
         raise BadValueError(file, f"tools: {second.name}", problem)
     check_can_be_held(file, tools, setup.settings)
     return tools
@@ -179,9 +184,10 @@ def read(setup: Setup) -> Sequence[Tool]:
 def hold(
     setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int
 ) -> tuple[MaterialMemory, list[TrialRecord]]:
-    """Simulates holds of all three objects by an observer who knows the first two. The observer learns nothing more.
+    """Simulates holds of all three objects by an experienced observer, which does not learn from them.
 
-    Returns: Memory after the experience, and the record of each trial.
+    Returns:
+        Memory after the experience, and the record of each trial.
     """
     memory = recall(setup, experience, observer, experience.sizes["trial"])
     colours = list_colours(tools)
@@ -196,7 +202,12 @@ def hold(
 
 
 def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int) -> xr.Dataset:
-    """Simulates one observer. Returns heights of three points over time, and the parameters predicted from sight."""
+    """Simulates one observer.
+
+    Returns:
+        Heights of three points over time, inertial parameters predicted from sight, and the variables of
+        ``describe_holds``.
+    """
     settings = setup.settings
     memory, records = hold(setup, tools, experience, observer)
     predicted = []
@@ -235,10 +246,7 @@ def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observe
 
 
 def measure(data: xr.Dataset, tools: Sequence[Tool]) -> dict[str, Measure]:
-    """Computes the numbers of each observer, and how they are summarised.
-
-    The decoy, which is meant to be misjudged, does not count in errors.
-    """
+    """Computes the measures of each observer. Errors of prediction exclude the decoy, which is meant to mislead."""
     far = find_excursion(data.height_centre)
     predicted = data.predicted.isel(trial=slice(2))
     true = xr.DataArray(np.array([tool.parameters for tool in tools[:2]]), dims=("trial", "parameter"))
@@ -264,12 +272,12 @@ def measure(data: xr.Dataset, tools: Sequence[Tool]) -> dict[str, Measure]:
 
 
 def _summarise_error(name: str, values: xr.DataArray) -> dict[str, float]:
-    """Summarises the errors of both objects by one median."""
+    """Computes the median error over observers and both objects."""
     return {name: float(values.median())}
 
 
 def measure_length(vectors: xr.DataArray) -> xr.DataArray:
-    """Computes the length of vectors along ``parameter``."""
+    """Computes the Euclidean norm of vectors along the dimension ``parameter``."""
     lengths: xr.DataArray = xr.apply_ufunc(
         np.linalg.norm, vectors, input_core_dims=[["parameter"]], kwargs={"axis": -1}
     )
@@ -277,7 +285,7 @@ def measure_length(vectors: xr.DataArray) -> xr.DataArray:
 
 
 def summarise(found: Mapping[str, Measure], tools: Sequence[Tool]) -> dict[str, Any]:
-    """Summarises the numbers over observers and adds the true values, as in metrics.json."""
+    """Summarises the measures over observers, and adds the true values, for metrics.json."""
     parts = [part for tool in tools[:2] for part in tool.components]
     colours, densities = list_colours(tools), list_densities(tools[:2])
     numbers = summarise_measures(found)
@@ -328,7 +336,7 @@ def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
 
 
 def tabulate_densities(n: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates the believed and the true density of each material."""
+    """Tabulates believed and true density of each material."""
     columns = {
         "median of the belief (kg/m³)": {name: f"{value:.0f}" for name, value in n["density_median"].items()},
         "true (kg/m³)": {name: f"{value:.0f}" for name, value in n["density_true"].items()},
@@ -337,10 +345,10 @@ def tabulate_densities(n: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def join_lifts(learning: pd.DataFrame, test: pd.DataFrame) -> pd.DataFrame:
-    """Joins the lifts of both phases, observer by observer."""
+    """Joins the lifts of both blocks, sorted by observer."""
     test["lift"] += learning["lift"].max()
     return pd.concat([learning, test]).sort_values(["observer", "lift"], kind="stable")
 
 
-# What the arm must be able to do: take objects into its hand.
+# The arm must be able to hold objects.
 EXPERIMENT = Experiment(run, read, predict, needs=("objects",))

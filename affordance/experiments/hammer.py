@@ -1,10 +1,11 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering with a tool that was never held.
 
-Observers hold the first two objects of Simulation II, three times each; the first two trials have one of each. After
-each trial they choose the end by which to hold a novel tool, which they never hold: an inner simulation of the blow
-computes the cost of each grip from the believed densities. The correct grip drives a nail, with a demanded peak
-force, at the least absolute work of the joints in a simulated blow with contact and the true densities. Expected: the
-probability of the correct choice grows from chance to 65 % after one trial and to 100 % after two (figure 10).
+Observers hold the first two objects of Simulation II three times each; the first two trials have one of each. Before
+the first trial and after each trial, they choose a grip for a novel tool, which they never hold. The choice is based
+on the cost of each grip in an inner simulation with the believed densities. The correct grip drives a nail with a
+demanded peak force at the least absolute work of the joints, in a simulated blow with contact and the true densities.
+Expected: the probability of the correct choice grows from chance to 65 % after one trial and to 100 % after two
+(figure 10).
 """
 
 from collections.abc import Mapping, Sequence
@@ -59,23 +60,27 @@ from affordance.settings import Settings
 from affordance.simulation.blow import Blow
 from affordance.simulation.trial import get_runner
 
-# Files in the folder of models; the first tool is the paper's, the second has a head.
+# Files in the folder of models. The first tool is from the paper, the second has a head.
 TOOLS, NAIL = "tools/novel.yaml", "nail.yaml"
 RATIO, SHARE = Unit(digits=3), Unit("%", scale=100.0, digits=1)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment. Unsuitable objects, or an unsuitable nail, raise a BadValueError."""
+    """Runs the experiment.
+
+    Raises:
+        BadValueError: The objects or the nail do not fit the experiment.
+    """
     held, tools, task = read(setup)
     choices, costs, blows = plan_blows(setup, tools, task, setup.models / NAIL)
     for tool in tools:
         check_one_grip_is_cheaper(setup.models / TOOLS, tool, [blow.work for blow in blows[tool.name].values()])
     exact = remove_errors(setup.settings)  # without errors of vision or faults
     compute = partial(compute_work, task, exact, costs)
-    # How much the work with each grip changes if parts are displaced from the tool's axis.
+    # Change of the work with each grip if parts are displaced from the tool's axis.
     off_axis = measure_changes(compute, tools, jobs=setup.jobs, description="hammer: parts moved")
     experience = gain_experience(setup, held)
-    # Observers kept from an earlier run are used again only if all of this, code included, is unchanged.
+    # Observers from an earlier run are used again only if these values and the code of these functions are unchanged.
     follows_from = (held, tools, task, plan_blows, gain_experience)
     data = run_observers("hammer", setup, observe, list(choices.values()), experience, follows_from=follows_from)
 
@@ -171,7 +176,7 @@ def run(setup: Setup) -> Results:
 
 
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Hammer]:
-    """Reads the held objects, the novel tools and the nail, and checks that they fit the experiment."""
+    """Loads the held objects, the novel tools and the nail, and checks that they fit the experiment."""
     held = com.read(setup)[:2]  # the objects of Simulation II, without its decoy
     nail, file = setup.models / NAIL, setup.models / TOOLS
     task, tools = load_hammer(nail), read_tools(setup.models, TOOLS)
@@ -185,15 +190,13 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Hammer]:
 
 
 def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, observer: int) -> xr.Dataset:
-    """Simulates one observer's choices of a grip for each tool.
+    """Simulates one observer's choices of a grip for each tool, before the first trial and after each trial.
 
-    Choices are made before the first hold of other objects and after each.
-
-    The paper's rule compares the work at one density of each material, drawn from the belief. The Bayes decision rule
-    compares the work expected over the whole belief; it is applied to the first tool only.
+    The rule of the paper compares the work for one sample of densities from the belief. The Bayes decision rule,
+    which is applied to the first tool only, compares the expected work.
     """
     memories = [recall(setup, experience, observer, trial) for trial in range(experience.sizes["trial"] + 1)]
-    seed = (setup.seed, observer)  # the same draws for every tool, so that nothing else differs
+    seed = (setup.seed, observer)  # all tools have the same draws, so that only the tools differ
     paper = [choose_by_sample(choice, memories, seed) for choice in choices]
     probabilities = [compute_probabilities(choice, memories, seed) for choice in choices]
     bayes, flips = choose_by_expectation(choices[0], memories, seed)
@@ -218,10 +221,11 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
 
 
 def measure(blows: Mapping[str, Blow]) -> dict[str, Any]:
-    """Computes cost and outcome of simulated blows with a tool, by grip. The tool's densities are known.
+    """Computes cost and outcome of simulated blows with a tool of known densities, for each grip.
 
-    Energies are absolute work of the joints, [J]; effort is the integral of torque squared, [N^2 m^2 s]. The measured
-    force is the peak resistance of the nail; the contact peak is the force between tool and nail.
+    Energies are absolute work of the joints, [J]; effort is the integral of squared torques, [N^2 m^2 s]. The
+    measured force is the peak resistance of the nail, and the contact peak is the largest force between tool and
+    nail.
     """
     return {
         "energy_true": {grip: blow.work for grip, blow in blows.items()},
@@ -237,7 +241,7 @@ def measure(blows: Mapping[str, Blow]) -> dict[str, Any]:
 
 
 def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> dict[str, Any]:
-    """Computes tip speed, planned work and tip energy for the demanded force, [m/s, J]."""
+    """Computes tip speed, [m/s], planned work, [J], and tip energy, [J], for the demanded force."""
     nail = task.nail
     pi = {grip: gripped.parameters[None] for grip, gripped in tool.list_gripped().items()}
     speeds = {grip: costs[grip].compute_speed(pi[grip]) for grip in pi}
@@ -249,7 +253,7 @@ def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> d
         "energy_at_equal_tip_speed": {
             grip: float(costs[grip].compute_at_speed(pi[grip], slower).work[0]) for grip in pi
         },
-        # Energy to drive the nail from its set depth, and from the surface of the wood.
+        # Energy to drive the nail from its initial depth, and from the surface of the wood.
         "tip_energy": (task.force**2 - (nail.stiffness * nail.depth_set) ** 2) / (2.0 * nail.stiffness),
         "tip_energy_from_surface": task.force**2 / (2.0 * nail.stiffness),
     }
@@ -258,18 +262,21 @@ def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> d
 def find_share_of_light_ends(
     tool: Tool, costs: Mapping[str, BlowCost], held: Sequence[Tool], seed: int, exact: Settings
 ) -> float | None:
-    """Computes how often choices under the prior grip the less dense end. Returns None if no choice is possible.
+    """Computes the share of choices under the prior that grip the less dense end.
 
-    Near one, a choice under the prior amounts to holding the less dense end. The share describes the task, not an
-    observer, so the settings have no errors.
+    If the share is near one, choices under the prior amount to gripping the less dense end. The settings have no
+    errors, because the share describes the task and not an observer.
+
+    Returns:
+        Share, or None if no option is feasible in any choice.
     """
     choice = Choice(list_options(tool, seed=seed), list(costs.values()), exact)
     memory = MaterialMemory().add_colours(list_colours(held), exact.prior)
     rng = np.random.default_rng([seed, Stream.LIGHT_ENDS])
-    # Densities of one object, which deviate from the means of its materials: (choices, colours).
+    # Densities of one object, which deviate from the mean densities of its materials, (choices, colours).
     densities = memory.belief.add_object_variation(exact.prior.deviation).draw_samples(rng, NUM_PRIOR_CHOICES)
     chosen = pick_cheapest(choice.compute_costs(choice.compute_parameters(memory, densities)), rng)
-    near, far = [], []  # index of the colour nearest to the hand and farthest from it, by grip
+    near, far = [], []  # index of the colour nearest to and farthest from the hand, by grip
     for option in choice.options:
         ordered = sorted(option.gripped, key=lambda part: float(np.linalg.norm(part.X_TE[:3, 3])))  # from the hand
         near.append(memory.colours.index(ordered[0].colour))
@@ -286,7 +293,8 @@ def find_share_of_light_ends(
 def judge(n: Mapping[str, Any], grip_densest_far: str) -> list[ClaimResult]:
     """Tests the paper's claims about figure 10."""
     p, ci95 = n["p_correct"], n["p_correct_ci95"]
-    # The claim is about this grip; the stored ratio is the costlier grip's work divided by the cheaper grip's.
+    # The claim is about this grip. The stored ratio is the work with the costlier grip divided by that with the
+    # other.
     ratio = n["energy_ratio_true"] if n["correct_grip"] == grip_densest_far else 1.0 / n["energy_ratio_true"]
     below, above = (
         p[1] - ci95[1][0],
@@ -325,5 +333,5 @@ def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
     return pd.DataFrame(columns).rename_axis("grip")
 
 
-# What the arm must be able to do: take objects into its hand, and strike.
+# The arm must be able to hold objects and to strike.
 EXPERIMENT = Experiment(run, read, needs=("objects", "blow"))

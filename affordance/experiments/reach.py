@@ -1,9 +1,9 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool that was never held.
 
-Observers hold the first two objects of Simulation II. After each trial they choose the end by which to hold a novel
-tool, which they never hold. The correct grip moves its free end along a path at the least absolute work of the
-joints. Observers compare inner simulations at the believed densities. Expected: the probability of the correct choice
-grows from chance (figure 8).
+Observers hold the first two objects of Simulation II. Before the first trial and after each trial, they choose a grip
+for a novel tool, which they never hold. The choice is based on the cost of each grip in an inner simulation with the
+believed densities. The correct grip moves the free end of the tool along a path at the least absolute work of the
+joints. Expected: the probability of the correct choice grows from chance (figure 8).
 """
 
 from collections.abc import Mapping, Sequence
@@ -61,13 +61,17 @@ from affordance.settings import Settings
 from affordance.simulation.rollout import Rollout, roll_out
 from affordance.simulation.trial import get_runner
 
-TOOLS, PATH = "tools/novel.yaml", "paths/reach.yaml"  # in the folder of models; the first tool is the paper's
+TOOLS, PATH = "tools/novel.yaml", "paths/reach.yaml"  # in the folder of models; the first tool is from the paper
 FAILURE = "cannot be followed"
 RATIO, SHARE = Unit(digits=3), Unit("%", 100.0, 1)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment. Unsuitable objects, or an unsuitable path, raise a BadValueError."""
+    """Runs the experiment.
+
+    Raises:
+        BadValueError: The objects or the path do not fit the experiment.
+    """
     held, tools, task = read(setup)
     choices, motions = plan(setup, tools, task)
     work = partial(compute_work, task, remove_errors(setup.settings))
@@ -136,7 +140,7 @@ def run(setup: Setup) -> Results:
 
 
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
-    """Reads the held objects, the novel tools and the path, and checks that they fit the experiment."""
+    """Loads the held objects, the novel tools and the path, and checks that they fit the experiment."""
     held, path_file, file = com.read(setup)[:2], setup.models / PATH, setup.models / TOOLS
     task, tools = Reach(load_path(path_file)), read_tools(setup.models, TOOLS)
     check_start(path_file, "start", task.path.start, load_arm(setup.settings.arm))
@@ -149,9 +153,10 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
 
 
 def plan(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[dict[str, Choice], dict[str, dict[str, Rollout]]]:
-    """Plans the reach with each grip of the observed tools, and simulates it. The simulations use the true densities.
+    """Plans the reaching motion for each grip of each observed tool, and simulates it with the true densities.
 
-    Returns: Choices by tool; simulated motions by tool and grip.
+    Returns:
+        Choices by tool, and simulated motions by tool and grip.
 
     Raises:
         BadValueError: The path cannot be followed with a grip, or two grips cost the same.
@@ -178,31 +183,29 @@ def plan(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[dict[str, Ch
 
 
 def _simulate(task: Reach, settings: Settings, tool: Tool) -> dict[str, Rollout]:
-    """Simulates the reach with each grip of a tool. The controller knows the true densities."""
+    """Simulates the reaching motion for each grip of a tool, with a controller that uses the true densities."""
     return {
         grip: roll_out(each, task, list_densities([tool]), settings) for grip, each in tool.list_gripped().items()
     }
 
 
 def compute_work(task: Reach, settings: Settings, held: Tool) -> float:
-    """Computes the absolute work of a planned reach with a gripped tool, [J]. The tool's densities are known."""
+    """Computes the absolute work of a planned reaching motion with a gripped tool of known densities, [J]."""
     cost = _plan_end(task, settings, tuple(find_free_end(held.components).tolist()))
     return float(cost.compute(held.parameters[None]).work[0])
 
 
 @lru_cache(maxsize=4)
 def _plan_end(task: Reach, settings: Settings, p_TF: tuple[float, ...]) -> MotionCost:
-    """Plans the motion of a free end at ``p_TF``, [m]. The plan is the same for all tools with this free end."""
+    """Plans the motion, which is the same for all tools with their free end at ``p_TF``, [m]."""
     return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)
 
 
 def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, observer: int) -> xr.Dataset:
-    """Simulates one observer's choices of a grip for each tool.
+    """Simulates one observer's choices of a grip for each tool, before the first trial and after each trial.
 
-    Choices are made before the first hold of other objects and after each.
-
-    The paper's rule compares the work at one density of each material, drawn from the belief. The Bayes decision rule
-    compares the work expected over the whole belief; it is applied to the first tool only.
+    The rule of the paper compares the work for one sample of densities from the belief. The Bayes decision rule,
+    which is applied to the first tool only, compares the expected work.
     """
     memories = [recall(setup, experience, observer, trial) for trial in range(experience.sizes["trial"] + 1)]
     seed = (setup.seed, observer)
@@ -226,7 +229,7 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
 
 
 def measure(motions: Mapping[str, Rollout]) -> dict[str, Any]:
-    """Computes cost and outcome of the reach with the first tool, by grip."""
+    """Computes cost and outcome of the reaching motion with the first tool, for each grip."""
     return {
         "energy_true": {grip: done.work for grip, done in motions.items()},
         "effort_true": {grip: done.effort for grip, done in motions.items()},
@@ -266,7 +269,7 @@ def draw_grips(tools: Sequence[Tool]) -> Figure:
 
 
 def label_paths(motions: Mapping[str, Rollout]) -> xr.Dataset:
-    """Returns the demanded path of the free end, and its motion with each grip, as a labelled dataset."""
+    """Builds a dataset with the demanded path of the free end, and its motion with each grip."""
     reference = next(iter(motions.values())).reference
     return xr.Dataset(
         {
@@ -282,7 +285,7 @@ def label_paths(motions: Mapping[str, Rollout]) -> xr.Dataset:
 
 
 def replay(arm: Path, tool: Tool, motions: Mapping[str, Rollout], best: Rollout) -> Replay:
-    """Builds the replay of the reach, one scene for each grip."""
+    """Builds the replay of the reaching motion, with one scene per grip."""
     held = tool.list_gripped()
     scenes = [
         Scene(held[grip], done.record.times, done.record.q, f"held by {grip}: absolute work {done.work:.1f} J")
@@ -291,5 +294,5 @@ def replay(arm: Path, tool: Tool, motions: Mapping[str, Rollout], best: Rollout)
     return Replay(arm, f"Simulation III: {tool.name}", scenes, best.reference)
 
 
-# What the arm must be able to do: take objects into its hand, and follow the path.
+# The arm must be able to hold objects and to follow the path.
 EXPERIMENT = Experiment(run, read, needs=("objects", "path"))

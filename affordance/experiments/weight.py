@@ -1,13 +1,13 @@
 """Simulation I (paper, IV-A): the weight of rods, after Mounoud and Bower (1974, Cognition 3:29-40).
 
-An observer, which is a simulated arm with a memory, holds brass rods (ellipsoids) in its outstretched hand, one after
-the other, from short to long. The last object is a decoy that looks like brass but weighs far less. The controller
-assumes the most probable mass throughout a hold, so the hand sinks under a heavier object and rises under a lighter
-one. After each hold, the measured joint torques update the belief about the density of brass. Expected: the hand
-sinks less from rod to rod (figure 3), and rises with the decoy (figure 4). Observers differ only by the error of the
-measured torques, which is drawn once for each joint and hold, so the first rod sinks alike for all.
+An observer, which is a simulated arm with a memory, holds brass rods (ellipsoids) in its hand, from short to long.
+The last object is a decoy that looks like brass but is much lighter. The controller assumes the most probable mass
+during a hold, so the hand sinks if the object is heavier and rises if it is lighter. After each hold, the measured
+joint torques update the belief about the density of brass. Expected: the hand sinks less from rod to rod (figure 3),
+and rises with the decoy (figure 4). Observers differ only in the measurement errors of torques, so the first rod
+sinks equally for all observers. One error is drawn per joint and hold.
 
-Read ``hold``, ``observe``, ``measure`` and ``judge`` first; ``run`` puts them together.
+The main functions are ``hold``, ``observe``, ``measure`` and ``judge``; ``run`` combines them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -51,19 +51,23 @@ from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
 OBJECTS = "tools/weight.yaml"  # in models/, or in the folder that --robot names; the last object is the decoy
-DURATION = 3.0  # of each hold, [s]
+DURATION = 3.0  # duration of each hold, [s]
 QUARTILES = (0.25, 0.5, 0.75)
-# Numbers of `measure` that are predicted for every learner, and their meanings.
+# Names and meanings of the measures of `measure` that are predicted for each learner.
 PREDICTED = {"drop_m": "drop of each rod's centre, m", "decoy_lift_m": "rise of the decoy's centre, m"}
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment. Unsuitable objects raise a BadValueError."""
+    """Runs the experiment.
+
+    Raises:
+        BadValueError: The objects do not fit the experiment.
+    """
     tools = read(setup)
     data = run_observers("weight", setup, observe, tools)
     found = measure(data)
     numbers = summarise(found, tools)
-    # Held again, because the dataset has no full records; the same seed gives the same holds.
+    # The holds are simulated again with the same seed, because the dataset does not contain full records.
     _, records_shown = hold(setup, tools, OBSERVER_SHOWN)
     drop, lift = 100.0 * numbers["drop_m"], 100.0 * numbers["decoy_lift_m"]
     return Results(
@@ -75,8 +79,8 @@ def run(setup: Setup) -> Results:
             f" {tools[-1].components[0].material.name}, for {DURATION:g} s each."
         ),
         finding=(
-            f"The centre of the first rod sinks by {drop[0]:.1f} cm, that of the last by {drop[-1]:.1f} cm; that of"
-            f" the decoy rises by {lift:.1f} cm."
+            f"The first rod sinks by {drop[0]:.1f} cm at its centre and the last rod by {drop[-1]:.1f} cm; the decoy"
+            f" rises by {lift:.1f} cm."
         ),
         data=add_motion(data, records_shown, setup.settings),
         numbers=numbers,
@@ -109,7 +113,7 @@ def run(setup: Setup) -> Results:
             ),
         ],
         lifts=tabulate_holds(data, tools, learner=setup.settings.learner.name, block="lifts"),
-        # A function, so that the Diagram is built only if its picture is drawn.
+        # A function defers building the Diagram until its picture is drawn.
         diagram=lambda: get_runner(setup.settings).get_diagram().diagram,
         replay=replay_holds(tools, records_shown, setup.settings, f"weight, seed {setup.seed}"),
         seen=tools,
@@ -117,7 +121,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Simulates all observers of every learner, and computes their numbers for ``affordance predict``."""
+    """Simulates all observers with each learner, and returns their measures for ``affordance predict``."""
     tools = read(setup)
     return measure_learners(
         setup, lambda variant: measure(run_observers("weight", variant, observe, tools)), PREDICTED
@@ -125,7 +129,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> Sequence[Tool]:
-    """Reads the rods and the decoy, and checks that they fit the experiment. The decoy is last."""
+    """Loads the rods and, last, the decoy, and checks that they fit the experiment."""
     file = setup.models / OBJECTS
     tools = read_tools(setup.models, OBJECTS)
     if len(tools) < 3:
@@ -141,7 +145,7 @@ def read(setup: Setup) -> Sequence[Tool]:
         raise BadValueError(file, "tools", problem)
     check_honest(file, rods)
     density = decoy.mass / sum(part.shape.volume for part in decoy.components)
-    if density >= looks[0].density * (1.0 - 1e-9):  # equal up to rounding is not less
+    if density >= looks[0].density * (1.0 - 1e-9):  # excludes densities that are equal up to rounding errors
         problem = (
             f"has a density of {density:g} kg/m^3, must be less than the {looks[0].density:g} of {looks[0].name},"
             " which it looks like"
@@ -152,34 +156,39 @@ def read(setup: Setup) -> Sequence[Tool]:
 
 
 def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[MaterialMemory], list[TrialRecord]]:
-    """Simulates an observer who holds objects one by one and learns from each.
+    """Simulates an observer that holds objects in order and learns from each hold.
 
-    The decoy looks like the last rod, so the memory takes its torques for a second measurement of that rod. Figure 3
-    leaves out the belief after it.
+    The decoy looks like the last rod, so the memory treats its torques as a second measurement of that rod. Figure 3
+    does not show the belief after the decoy.
 
     Args:
         setup: Seed, settings and models of the run.
         tools: Objects, in order.
-        observer: Number of the observer, from 0; it selects the random draws.
+        observer: Number of the observer, from 0; it determines the random draws.
 
-    Returns: Memories before the first trial and after each, and the record of each trial.
+    Returns:
+        Memories before the first trial and after each trial, and the record of each trial.
     """
-    # The colour is known before anything is felt, so that "density" has a value before the first trial too.
+    # The colour is added before the first trial, so that there is a belief about its density.
     memory = setup.start_memory(observer).add_colours(list_colours(tools), setup.settings.prior)
     arm = Observer(get_runner(setup.settings), memory, duration=DURATION)  # simulated arm with this memory
     memories, records = [memory], []
     for trial, tool in enumerate(tools):
         records.append(arm.hold(tool, seed=(setup.seed, observer, trial)))
-        setup.remember(records[-1])  # adds it to the file of --memory, if there is one
-        memories.append(arm.memory)  # after learning from the hold
+        setup.remember(records[-1])  # stores it if there is a lasting memory (--memory)
+        memories.append(arm.memory)  # memory after the hold
     return memories, records
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Simulates one observer. Returns heights over time, and the believed densities before and after each trial."""
+    """Simulates one observer.
+
+    Returns:
+        Heights over time, believed densities before and after each trial, and the variables of ``describe_holds``.
+    """
     memories, records = hold(setup, tools, observer)
     beliefs = [memory.belief for memory in memories]
-    # Index 0: the density of the one colour that all objects have.
+    # All objects have one colour, whose density has the index 0.
     quantiles = [belief.compute_percentiles(QUARTILES)[:, 0] for belief in beliefs]
     modes = [belief.compute_mode()[0] for belief in beliefs]
     return xr.Dataset(
@@ -189,7 +198,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
                 [each.height_centre for each in records],
                 about("m", "height of the object's geometric centre above where it was given"),
             ),
-            # Moment k is after k trials, so there is one more moment than trials.
+            # Moment k is after k trials, so there is one more moment than there are trials.
             "density": (("moment", "quantile"), quantiles, about("kg/m^3", "quantile of the believed density")),
             "density_mode": (
                 "moment",
@@ -207,15 +216,15 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def select_rods(data: xr.Dataset) -> xr.Dataset:
-    """Selects the trials with rods. The decoy, which is last, and the belief after it are left out."""
+    """Selects the trials with rods, without the decoy and the belief after it."""
     return data.isel(trial=slice(-1), moment=slice(-1))
 
 
 def measure(data: xr.Dataset) -> dict[str, Measure]:
-    """Computes each observer's numbers, and how they are summarised. The decoy comes last."""
+    """Computes the measures of each observer. The last trial is the decoy."""
     rods, decoy = select_rods(data), data.isel(trial=-1)
     low, middle, high = (rods.density.isel(quantile=k) for k in range(len(QUARTILES)))
-    drop = np.maximum(0.0, -rods.height.min("time"))  # of the geometric centre; 0 if it only rises
+    drop = np.maximum(0.0, -rods.height.min("time"))  # drop of the geometric centre; 0 if it only rises
     return {
         "density_p25": median(low),
         "density_median": median(middle),
@@ -235,7 +244,7 @@ def measure(data: xr.Dataset) -> dict[str, Measure]:
 
 
 def summarise(found: Mapping[str, Measure], tools: Sequence[Tool]) -> dict[str, Any]:
-    """Summarises the numbers over observers and adds the true values, as in metrics.json."""
+    """Summarises the measures over observers, and adds the true values, for metrics.json."""
     *rods, decoy = tools
     return {
         **summarise_measures(found),
@@ -249,7 +258,7 @@ def summarise(found: Mapping[str, Measure], tools: Sequence[Tool]) -> dict[str, 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
     """Tests the paper's claims about figures 3 and 4."""
     true, median, drop, deviation = n["density_true"], n["density_median"], n["drop_m"], n["deviation_m"]
-    drop_floored = np.maximum(drop, 0.005)  # so that ratios of negligible drops do not decide a claim
+    drop_floored = np.maximum(drop, 0.005)  # ratios of negligible drops must not decide a claim
     # The paper gives no bounds; these are ours.
     return [
         claim("density_estimate", "paper IV-A, figure 3",
@@ -282,10 +291,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
-    """Tabulates mass, drop and deviation of each rod, with believed densities.
-
-    The densities are before the first trial and after each.
-    """
+    """Tabulates mass, drop and deviation of each rod, and believed densities over trials."""
     rods = tools[:-1]
     columns = {
         "mass (kg)": ["", *(f"{mass:.2f}" for mass in n["mass_true"])],
@@ -297,5 +303,5 @@ def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
     return pd.DataFrame(columns, pd.Index(["before", *(rod.name.replace("_", " ") for rod in rods)], name="object"))
 
 
-# What the arm must be able to do: take objects into its hand.
+# The arm must be able to hold objects.
 EXPERIMENT = Experiment(run, read, predict, needs=("objects",))

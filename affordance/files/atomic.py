@@ -1,4 +1,4 @@
-"""Writes files atomically, so that a file appears complete or not at all."""
+"""Writes files atomically: a file is either complete or does not exist."""
 
 import json
 import logging
@@ -17,9 +17,10 @@ _TEMPORARY = ".writing."
 
 
 def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Calls ``write`` with a temporary file, which then replaces the target atomically. Both have the same suffix.
+    """Writes a file by calling ``write`` with a temporary path, and then renames it to the target.
 
-    Missing folders are created. An OSError names the target, not the temporary file.
+    Missing folders are created. The temporary file has the same suffix as the target. An OSError names the target
+    instead of the temporary file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{_TEMPORARY}{os.getpid()}.{path.name}")
@@ -31,7 +32,7 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
             raise
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
-        with suppress(OSError):  # e.g. in a read-only folder; the first error is raised already
+        with suppress(OSError):  # for example in a read-only folder, for which the first error is being raised
             temporary.unlink(missing_ok=True)
 
 
@@ -41,12 +42,12 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Writes a JSON file atomically, with all digits of numbers."""
+    """Writes a JSON file atomically, with numbers in full precision."""
     write_text(path, json.dumps(to_plain(content), indent=2, allow_nan=False) + "\n")
 
 
 def to_plain(value: Any) -> Any:
-    """Converts configurations and arrays to JSON types. Dataclass fields marked ``reports`` are omitted."""
+    """Converts dataclasses, arrays and other values to JSON types. Fields marked ``reports`` are omitted."""
     if is_dataclass(value) and not isinstance(value, type):
         kept = (each.name for each in fields(value) if not each.metadata.get("reports"))
         return {name: to_plain(getattr(value, name)) for name in kept}
@@ -70,13 +71,13 @@ def to_plain(value: Any) -> Any:
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Removes temporary files of a killed run. No other run may be writing to the folder."""
+    """Removes temporary files of an interrupted run. No other run may use the folder at the same time."""
     for path in folder.rglob(f"{_TEMPORARY}*"):
         path.unlink(missing_ok=True)
 
 
 def quarantine(path: Path, problem: str) -> None:
-    """Renames a corrupt or foreign file or folder, and logs a warning. An earlier renamed one is replaced."""
+    """Renames a corrupt or foreign file or folder to *.broken, and logs a warning. An older *.broken is replaced."""
     aside = path.with_suffix(".broken")
     if aside.is_dir():
         shutil.rmtree(aside)

@@ -1,8 +1,7 @@
-"""Reads external files with a size limit for each kind of file.
+"""Reads external files, with a size limit for each kind of file.
 
-Sizes are checked before reading, so an oversized file costs nothing. Each limit is a generous multiple of the usual
-size, and small enough that reading a file takes a few minutes and gigabytes at most. Every fault raises a one-line
-error.
+Sizes are checked before files are read. Each limit is much larger than usual files, and small enough that reading
+takes at most a few minutes and gigabytes. Every fault raises an error with a one-line message.
 """
 
 import difflib
@@ -19,24 +18,29 @@ import yaml
 from affordance.exceptions import BadValueError, show_value, suggest
 
 _MB = 1_000_000
-# Tools, materials and other settings in YAML: the program's largest file has 8 kB.
+# Tools, materials and other settings in YAML. The program's largest file has 8 kB.
 SETTINGS = 1 * _MB
-# Robot descriptions in XML, with meshes in separate files: a link takes a few kB.
+# Robot descriptions in XML, with meshes in separate files. A link takes a few kB.
 ROBOT = 10 * _MB
-# Meshes: 2 million triangles from a scanner take 100 MB in binary STL.
+# Meshes. A scan of 2 million triangles takes 100 MB in binary STL.
 MESH = 200 * _MB
-# Recordings: 15 minutes of seven joints at 1 kHz take 200 MB as text.
+# Recordings. 15 minutes of seven joints at 1 kHz take 200 MB as text.
 RECORDING = 200 * _MB
 # Results of the program itself: memories, sections, metrics, summaries.
 RESULTS = 100 * _MB
-# Contents of a file that PyYAML quotes in messages; hidden, because the user may have no right to read the file.
+# Parts of a file that PyYAML quotes in error messages. They are removed, because the user may not be allowed to read
+# the file.
 _QUOTED = re.compile(r"(alias|anchor|tag|handle|base \d+:|to float:) '.*?'")
-# Least similarity (difflib's ratio) of file names that differ by a typing error: one letter of seven gives 0.86.
+# Least similarity (difflib's ratio) of file names that differ by a typing error. One letter of seven gives 0.86.
 _ALIKE = 0.8
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Reads a regular file of at most ``most`` bytes. Any other file raises a BadValueError."""
+    """Reads a regular file of at most ``most`` bytes.
+
+    Raises:
+        BadValueError: The file is too large, is not a regular file, or cannot be read.
+    """
     try:
         check_size(path, most)
         with path.open("rb") as file:
@@ -50,7 +54,7 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def suggest_file(path: Path) -> str:
-    """Suggests the file in the same folder with the closest name. The text is empty if no name is close."""
+    """Suggests the most similar file name in the same folder; empty if no name is similar."""
     try:
         files = (each for each in path.parent.iterdir() if _is_alike(path.stem, each.stem))
         return suggest(path.name, [each.name for each in files])
@@ -59,15 +63,16 @@ def suggest_file(path: Path) -> str:
 
 
 def _is_alike(one: str, other: str) -> bool:
-    """Returns True if names differ by one or two typing errors.
-
-    Suffixes are ignored because most files share them.
-    """
+    """Returns True if two names without suffixes differ by one or two typing errors."""
     return difflib.SequenceMatcher(None, one, other).ratio() >= _ALIKE
 
 
 def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
-    """Reads a text file of at most ``most`` bytes, with newlines as line ends. Faults raise a BadValueError."""
+    """Reads a text file of at most ``most`` bytes, and converts its line ends to newlines.
+
+    Raises:
+        BadValueError: The file cannot be read, is too large, or is not text in the given encoding.
+    """
     try:
         text = read_bytes(path, most).decode(encoding)
     except UnicodeDecodeError as error:
@@ -76,7 +81,11 @@ def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
 
 
 def read_json(path: Path) -> Any:
-    """Reads a JSON file. An unreadable file, an oversized file, or invalid JSON raises a BadValueError."""
+    """Reads a JSON file.
+
+    Raises:
+        BadValueError: The file cannot be read, is too large, or is not JSON.
+    """
     try:
         return json.loads(read_text(path, RESULTS))
     except (ValueError, RecursionError) as error:
@@ -86,7 +95,8 @@ def read_json(path: Path) -> Any:
 def check_size(path: Path, most: int) -> None:
     """Checks that a file has at most ``most`` bytes.
 
-    A larger file, a device, a pipe or a socket raises a BadValueError.
+    Raises:
+        BadValueError: The file is larger, cannot be read, or is a device, a pipe or a socket.
     """
     try:
         found = path.stat()
@@ -104,21 +114,26 @@ def _complain(path: Path, size: int, most: int) -> BadValueError:
 
 
 def read_yaml(path: Path) -> Any:
-    """Parses a YAML file. Its content must be checked by ``files.data_model``.
+    """Reads a YAML file. Its content must then be checked with ``files.data_model``.
 
-    A file that cannot be read, is not YAML, repeats a key, or is too large raises a BadValueError.
+    Raises:
+        BadValueError: The file cannot be read, is too large, is not YAML, or repeats a key.
     """
     return parse_yaml(read_text(path, SETTINGS), path)
 
 
 def parse_yaml(text: str, source: Path | str) -> Any:
-    """Parses YAML text, such as a command's argument. Errors are as in ``read_yaml``."""
+    """Parses YAML text, such as a command's argument. Errors are the same as in ``read_yaml``."""
     with _translate_yaml(source):
         return yaml.load(text, _Loader)
 
 
 def check_yaml(path: Path) -> None:
-    """Checks that a file is YAML. Tags of other programs are allowed. Otherwise a BadValueError is raised."""
+    """Checks that a file is YAML. Tags of other programs are allowed.
+
+    Raises:
+        BadValueError: The file cannot be read, is too large, or is not YAML.
+    """
     with _translate_yaml(path):
         yaml.compose(read_text(path, SETTINGS), _Loader)
 
@@ -137,9 +152,9 @@ def _translate_yaml(path: Path | str) -> Iterator[None]:
 
 
 class _Loader(yaml.SafeLoader):
-    """Loader that parses numbers such as 1e-3 as in YAML 1.2. Repeated keys are rejected.
+    """YAML loader that rejects repeated keys, and parses numbers such as 1e-3 as in YAML 1.2.
 
-    PyYAML's C loader ends the process where brackets are nested very deep; this one raises a RecursionError.
+    For deeply nested brackets, PyYAML's C loader ends the process. This loader raises a RecursionError.
     """
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
@@ -148,7 +163,7 @@ class _Loader(yaml.SafeLoader):
             key = self.construct_object(key_node, deep=True)
             try:
                 twice = key in seen
-            except TypeError:  # keys that are lists or mappings; PyYAML rejects them below
+            except TypeError:  # the key is a list or mapping, which PyYAML rejects below
                 break
             if twice:
                 raise yaml.constructor.ConstructorError(

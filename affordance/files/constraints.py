@@ -1,7 +1,8 @@
-"""Constraints on single values of files and arguments, used as type annotations.
+"""Constraints on single values in files and arguments, used as type annotations.
 
-Each constraint has a ``check``. Dataclass fields are annotated, for example ``Annotated[float, Within(0.0, 1.0)]``.
-``check_fields`` checks all of them when an object is created. A ``Setting`` next to the bound gives unit and source.
+For example, a dataclass field has the type ``Annotated[float, Within(0.0, 1.0)]``. When an object is created,
+``check_fields`` calls the ``check`` of each annotated constraint. A ``Setting`` in the same annotation adds unit and
+source.
 """
 
 import enum
@@ -24,33 +25,39 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, find_hidden, show_value
 
-OURS = "ours"  # type of pydantic errors that these checks raise; their message is the problem
-# Portable file names of POSIX (3.282, Portable Filename Character Set), short enough for an additional suffix.
+OURS = "ours"  # type of the pydantic errors that these checks raise
+# Portable file names of POSIX (3.282, Portable Filename Character Set), short enough that a suffix can be added.
 _FILE_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_.-]{0,79}")
-# Names of devices on Windows, reserved with any suffix (Naming Files, Paths, and Namespaces, Microsoft).
+# Names of devices on Windows, which are reserved even with a suffix (Naming Files, Paths, and Namespaces, Microsoft).
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{kind}{digit}" for kind in ("com", "lpt") for digit in range(10))}
 
 type StrPath = str | os.PathLike[str]
 
 
 def complain(problem: str, at: str = "") -> PydanticCustomError:
-    """Builds the error for a rejected value.
+    """Creates the error for a rejected value.
 
-    ``problem`` is a text such as ``is 3, must be at most 2``, and ``at`` a place within the value, such as ``[1]``.
+    Args:
+        problem: Description of the value and its bound, such as ``is 3, must be at most 2``.
+        at: Place within the value, such as ``[1]``.
     """
     return PydanticCustomError(OURS, "{problem}", {"problem": problem, "at": at})
 
 
 class Constraint(ABC):
-    """Constraint on a value, which annotates a field of a pydantic model or a dataclass."""
+    """Constraint on a value. It annotates a field of a pydantic model or a dataclass."""
 
     @abstractmethod
     def describe(self) -> JsonSchemaValue:
-        """Describes valid values by a JSON schema, for editors."""
+        """Returns a JSON schema of valid values, for editors."""
 
     @abstractmethod
     def check(self, value: Any) -> Any:
-        """Returns a valid value in the form that the program uses. An invalid value raises a PydanticCustomError."""
+        """Checks a value, and converts it to the form that the program uses.
+
+        Raises:
+            PydanticCustomError: The value is invalid.
+        """
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.check)
@@ -61,7 +68,7 @@ class Constraint(ABC):
 
 @dataclass(frozen=True)
 class Within(Constraint):
-    """Constraint on a number: finite, from ``low`` to ``high``, and neither text nor Boolean."""
+    """Constraint on a number, which must be finite and from ``low`` to ``high``. Texts and Booleans are rejected."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -75,8 +82,8 @@ class Within(Constraint):
     def check(self, value: Any, at: str = "") -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise complain(f"is {show_value(value)}, must be a number", at)
-        if not self.low <= value <= self.high:  # before float(), which an integer of 400 digits would overflow
-            low, high = (f"{bound:.12g}" for bound in (self.low, self.high))  # integers in full
+        if not self.low <= value <= self.high:  # checked first, because float() overflows for integers of 400 digits
+            low, high = (f"{bound:.12g}" for bound in (self.low, self.high))  # without an exponent for integers
             bounds = f"from {low} to {high}" if math.isfinite(self.high) else f"at least {low}"
             bounds = bounds if math.isfinite(self.low) else "finite"
             raise complain(f"is {show_value(value)}, must be {bounds}{self._suggest(value)}", at)
@@ -89,26 +96,23 @@ class Within(Constraint):
         return number
 
     def _suggest(self, value: float) -> str:
-        """Suggests a valid value that was probably meant. The text is empty if there is none."""
+        """Suggests a valid value that the user probably meant; empty if there is none."""
         return ""
 
 
 @dataclass(frozen=True)
 class Length(Within):
-    """Constraint on a length, [m], which is finite and from ``low`` to ``high``.
-
-    An error suggests values that fit in mm.
-    """
+    """Constraint on a length, [m]. The error suggests a conversion if the value fits in mm."""
 
     @override
     def _suggest(self, value: float) -> str:
-        metres = 1e-3 * max(-1e9, min(value, 1e9))  # integers of 400 digits would overflow
+        metres = 1e-3 * max(-1e9, min(value, 1e9))  # limited, because integers of 400 digits overflow
         return f"; {metres:g} if mm were meant" if self.low <= metres <= self.high else ""
 
 
 @dataclass(frozen=True)
 class Whole(Within):
-    """Constraint on a number: whole, from ``low`` to ``high``."""
+    """Constraint on a whole number, which must be from ``low`` to ``high``."""
 
     @override
     def describe(self) -> JsonSchemaValue:
@@ -127,12 +131,12 @@ class Whole(Within):
         return "" if value != value else f"; the nearest is {nearest:.12g}"
 
 
-SEEDS = Whole(0, 2**32 - 1)  # of random draws; the range is NumPy's
+SEEDS = Whole(0, 2**32 - 1)  # range of NumPy's seeds
 
 
 @dataclass(frozen=True)
 class Vector(Constraint):
-    """Constraint on a list: ``size`` numbers, each within bounds."""
+    """Constraint on a list of ``size`` numbers, each within bounds."""
 
     size: int
     each: Within
@@ -150,7 +154,7 @@ class Vector(Constraint):
 
 @dataclass(frozen=True)
 class Text(Constraint):
-    """Constraint on a text: not empty, and at most ``longest`` characters long."""
+    """Constraint on a text, which must not be empty and have at most ``longest`` characters."""
 
     longest: int = 20_000
 
@@ -169,7 +173,7 @@ class Text(Constraint):
 
 @dataclass(frozen=True)
 class OneLine(Text):
-    """Constraint on a text: one line of visible characters."""
+    """Constraint on a text, which must be a single line of visible characters."""
 
     longest: int = 200
 
@@ -181,14 +185,14 @@ class OneLine(Text):
         return text
 
 
-# Names in files, such as those of objects, materials, grips, joints, links and columns. They are used in tables,
-# labels and trajectory files, where each takes as much space as the longest.
+# Name of an object, material, grip, joint, link or column in a file. Names are used in tables, labels and trajectory
+# files, where the longest name determines the space that all names take.
 type Name = Annotated[str, OneLine()]
 
 
 @dataclass(frozen=True)
 class FileName(Text):
-    """Constraint on a text: a portable file name that cannot leave the chosen folder."""
+    """Constraint on a text, which must be a portable file name without folders."""
 
     @override
     def describe(self) -> JsonSchemaValue:
@@ -207,7 +211,10 @@ class FileName(Text):
 
 @dataclass(frozen=True)
 class OneOf(Constraint):
-    """Constraint on a text: one of several names, or the value of an Enum member. The value becomes the member."""
+    """Constraint on a text, which must be one of several names, or the value of an Enum member.
+
+    The value of an Enum member is converted to the member.
+    """
 
     kind: type[enum.Enum] | tuple[str, ...]
 
@@ -238,7 +245,11 @@ def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = ""
 
 
 def check_names(path: Path, key: str, names: Iterable[str]) -> None:
-    """Checks that names from a file are valid; empty names are allowed. Otherwise a BadValueError is raised."""
+    """Checks that names in a file are valid. Empty names are allowed.
+
+    Raises:
+        BadValueError: A name is invalid.
+    """
     for name in filter(None, names):
         try:
             run_check("", OneLine().check, name)
@@ -247,7 +258,11 @@ def check_names(path: Path, key: str, names: Iterable[str]) -> None:
 
 
 def check_path(name: str, value: Any) -> Path:
-    """Converts a text or path object to a path. Anything else raises a BadArgumentError."""
+    """Converts a text or path object to a path.
+
+    Raises:
+        BadArgumentError: The value is neither a text nor a path object.
+    """
     if not isinstance(value, str | os.PathLike) or not str(value):
         raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
     return Path(value)
@@ -255,7 +270,7 @@ def check_path(name: str, value: Any) -> Path:
 
 @dataclass(frozen=True)
 class Setting:
-    """Annotation with a setting's unit, "1" if dimensionless, and the source of its default."""
+    """Annotation with a setting's unit ("1" if dimensionless) and the source of its default value."""
 
     unit: str = ""
     source: str = ""
@@ -263,10 +278,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Checked:
-    """Annotation with a function that checks and returns a value.
-
-    The function's arguments are the argument's name and value.
-    """
+    """Annotation with a function that checks a value, given the argument's name, and returns it."""
 
     function: Callable[[str, Any], Any]
 
@@ -274,9 +286,11 @@ class Checked:
 def check_fields(instance: Any) -> None:
     """Checks all fields of a dataclass by their annotations, and stores the checked values.
 
-    Supported are annotations with a check (``Within``, ``Whole``, ``OneOf``, ``Checked``), members of an Enum or
-    their texts, paths, Booleans, and instances of a class, or None if a field allows it. An invalid field raises a
-    BadArgumentError.
+    A field can have an annotated check (``Within``, ``Whole``, ``OneOf``, ``Checked``). It can also be a member of an
+    Enum or its text, a path, a Boolean, an instance of a class, or None if the type allows it.
+
+    Raises:
+        BadArgumentError: A field is invalid.
     """
     kind: Any = type(instance)
     for name, hint in list_field_types(kind).items():
@@ -287,14 +301,18 @@ def check_fields(instance: Any) -> None:
 
 
 class CheckedFields:
-    """Base of dataclasses that check their fields when created. An invalid field raises a BadArgumentError."""
+    """Base class of dataclasses that check their fields when created.
+
+    Raises:
+        BadArgumentError: A field is invalid.
+    """
 
     __post_init__ = check_fields
 
 
 @lru_cache(maxsize=64)
 def list_field_types(kind: Any) -> Mapping[str, Any]:
-    """Returns the annotated types of a dataclass's fields, by name."""
+    """Returns the types of a dataclass's fields by name, including annotations."""
     hints = typing.get_type_hints(kind, include_extras=True)
     return {field.name: hints[field.name] for field in fields(kind)}
 

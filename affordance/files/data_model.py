@@ -1,7 +1,7 @@
-"""Describes files as pydantic models with bounds for each key and one-line errors.
+"""Pydantic models of files, with bounds for each key and one-line error messages.
 
-A model declares the keys of a mapping and their values; ``load_model`` reads a file into it. The first fault raises a
-BadValueError that names file, key, value and bound, and suggests the closest valid name.
+A model declares keys and their values, and ``load_model`` reads a file into it. The first fault raises a
+BadValueError that names file, key, value and bound, and suggests the most similar valid name.
 """
 
 import difflib
@@ -20,21 +20,25 @@ from affordance.files.constraints import OURS
 
 
 class DataModel(BaseModel):
-    """Mapping in a file that may only have the declared keys."""
+    """Mapping in a file. Only declared keys are allowed."""
 
-    # Keys that are often given here by mistake, each with a hint to where it belongs.
+    # Keys that users often write here by mistake, each with a hint about the correct place.
     elsewhere: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
 def load_model[M: BaseModel](path: Path, model: type[M]) -> M:
-    """Reads a YAML file into a model. The first fault raises a BadValueError."""
+    """Reads a YAML file into a model.
+
+    Raises:
+        BadValueError: The file is invalid; only the first fault is reported.
+    """
     return check_content(path, "", read_yaml(path), model)
 
 
 def check_content[M: BaseModel](path: Path, key: str, content: Any, model: type[M]) -> M:
-    """Converts the contents at a key of a file to a model; see ``load_model``."""
+    """Converts the content at a key of a file to a model. Errors are the same as in ``load_model``."""
     try:
         return model.model_validate(content)
     except ValidationError as error:
@@ -58,7 +62,7 @@ def _translate(path: Path, key: str, model: type[BaseModel], error: ValidationEr
     elif first["type"] in ("extra_forbidden", "invalid_key"):
         problem = _describe_unknown(_find_model(model, place[:-1]), place[-1])
     else:
-        # The contents of a whole file are not quoted: the user may have no right to read it.
+        # A whole file's contents are not quoted, because the user may not be allowed to read the file.
         shown = show_value(first["input"]) if key or place else _describe_kind(first["input"])
         problem = f"is {shown}, {_describe_bound(first)}"
         if first["type"] == "too_short" and isinstance(first["input"], Mapping):
@@ -68,7 +72,7 @@ def _translate(path: Path, key: str, model: type[BaseModel], error: ValidationEr
 
 
 def _describe_kind(content: Any) -> str:
-    """Describes the kind of a whole file's contents."""
+    """Describes the type of a whole file's contents."""
     if content is None:
         return "empty"
     kinds = {list: "a list", dict: "a mapping", str: "a text"}
@@ -87,7 +91,7 @@ def join_key(parts: Sequence[int | str]) -> str:
 
 
 def _describe_unknown(model: type[BaseModel], key: int | str) -> str:
-    """Describes an unknown key. Suggests where it belongs, or the closest known key."""
+    """Describes an unknown key, with a hint about the correct place or the most similar known key."""
     known = [field.alias or name for name, field in model.model_fields.items()]
     place = model.elsewhere.get(str(key)) if issubclass(model, DataModel) else None
     hint = f"; {place}" if place else suggest(key, known)
@@ -125,14 +129,14 @@ def _strip(annotation: Any) -> Any:
 
 
 def _suggest(place: Sequence[int | str], found: Sequence[ErrorDetails]) -> str:
-    """Names an unknown key that may be a misspelling of the missing key."""
+    """Suggests that an unknown key is a misspelling of the missing key, if they are similar."""
     others = [str(each["loc"][-1]) for each in found if each["type"] == "extra_forbidden"]
     near = difflib.get_close_matches(str(place[-1]), others, n=1)
     return f"; is {near[0]!r} misspelt?" if near else ""
 
 
 def _describe_bound(error: ErrorDetails) -> str:
-    """Describes the bound that a value violates, in the wording of ``constraints``."""
+    """Describes the bound that a value violates, in the same words as ``constraints``."""
     kind, context = error["type"], error.get("ctx", {})
     least = context.get("min_length", 1)
     bounds = {

@@ -12,9 +12,10 @@ from affordance.files.atomic import write_atomic
 
 
 def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
-    """Saves the picture of an error. Returns the error with the file's path.
+    """Saves the picture of an error, and returns the error with the file's path.
 
-    NAME.npz holds ``colour`` and ``depth`` unchanged; NAME.png shows them side by side, near bright and far dark.
+    NAME.npz contains the arrays ``colour`` and ``depth``. NAME.png shows them side by side, with near points bright
+    and distant points dark.
     """
     path = folder / f"{name}.npz"
     write_atomic(path, lambda temporary: np.savez_compressed(temporary, colour=error.colour, depth=error.depth))

@@ -1,7 +1,7 @@
 """Reads triangles and their colours from OBJ, PLY and STL files, in the file's units and order.
 
-trimesh parses the files. Size and declared contents of files are bounded. Collada's XML may not define entities.
-Referenced files are opened only in the file's folder or below.
+Files are parsed with trimesh, after checks of their size and of the number of entries that they declare. Collada's
+XML must not define entities. Referenced files must be in the mesh's folder or below.
 """
 
 import re
@@ -26,10 +26,13 @@ _PLY_COUNT = re.compile(rb"^element[ \t]+\S+[ \t]+(\d+)", re.MULTILINE)
 
 
 class Triangles(NamedTuple):
-    """Triangles of a mesh file: vertices, (n, 3), in the file's units, and faces, (m, 3).
+    """Triangles of a mesh file.
 
-    Colours of faces are red, green and blue in [0, 1], (m, 3); NaN if the file gives none, or an image texture, which
-    is not read.
+    Attributes:
+        vertices: Vertices in the file's units, (n, 3).
+        faces: Indices of three vertices per face, (m, 3).
+        colours: Red, green and blue of each face in [0, 1], (m, 3); NaN if the file has no colours or uses an image
+            texture, because textures are not read.
     """
 
     vertices: Array
@@ -40,7 +43,8 @@ class Triangles(NamedTuple):
 def read_triangles(path: Path) -> Triangles:
     """Reads an OBJ, PLY or STL file.
 
-    An unreadable file, or a file without finite triangles, raises a BadValueError.
+    Raises:
+        BadValueError: The file cannot be read, or contains no finite triangles.
     """
     if path.suffix.lower() not in FORMATS:
         problem = f"is a {path.suffix or 'file without suffix'}, must be one of {', '.join(FORMATS)}"
@@ -57,7 +61,7 @@ def read_triangles(path: Path) -> Triangles:
         parts = [_take(geometry) for geometry in geometries]
     except (BadValueError, MemoryError):
         raise
-    except Exception as error:  # parsers raise all kinds of errors on corrupt files
+    except Exception as error:  # for corrupt files, parsers can raise any error
         raise BadValueError(path, "", f"is no readable {path.suffix[1:].upper()} file: {error}") from error
     parts = [part for part in parts if len(part.faces)]
     if not parts:
@@ -72,10 +76,16 @@ def read_triangles(path: Path) -> Triangles:
 
 
 def load_scene(path: Path, **options: Any) -> Any:
-    """Loads a mesh file as a trimesh Scene, with options of trimesh.load_scene. Formats are FORMATS and COLLADA.
+    """Loads a mesh file in one of FORMATS or COLLADA as a trimesh Scene.
 
-    A file that cannot be read, is too large, or declares more than its size allows raises a BadValueError. If trimesh
-    cannot parse a file, it can raise any error.
+    For a corrupt file, trimesh can raise any error.
+
+    Args:
+        path: Path of the file.
+        **options: Options of trimesh.load_scene.
+
+    Raises:
+        BadValueError: The file cannot be read, is too large, or declares more entries than its size allows.
     """
     content = read_bytes(path, MESH)
     suffix = path.suffix.lower()
@@ -97,9 +107,10 @@ def load_scene(path: Path, **options: Any) -> Any:
 
 
 def _check_promises(path: Path, content: bytes, suffix: str) -> None:
-    """Checks that a mesh declares no more contents than its size allows, and that XML is valid.
+    """Checks that a mesh file declares no more entries than its size allows, and that Collada's XML is valid.
 
-    Otherwise a BadValueError is raised.
+    Raises:
+        BadValueError: The file fails one of these checks.
     """
     if suffix == ".ply":
         head = content.partition(b"end_header")[0]

@@ -1,4 +1,4 @@
-"""Lists the files of a model folder that results depend on."""
+"""Lists the files in a model folder that can affect results."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -11,7 +11,7 @@ _ARMS = "*.dmd.yaml"
 _FILES = ("materials.yaml", "faults.yaml", "nail.yaml")
 _FOLDERS = ("tools", "paths", "workshop")
 _PACKAGE = "package.xml"
-# Files that reference others: package://NAME/FILE in robot descriptions, and meshes in materials and tools files.
+# References to other files: URIs and file names in robot descriptions, meshes in tools files, and textures of meshes.
 _DESCRIPTIONS = (".yaml", ".yml", ".sdf", ".urdf", ".xml")
 _URI = re.compile(r"package://[^/\s\"'<>]+/([^\s\"'<>?#]+)")
 _RELATIVE = re.compile(r"(?:<uri>|filename=[\"'])\s*(?!\w+://)([^<\"'\s]+)")
@@ -20,10 +20,7 @@ _LIBRARY = re.compile(r"^\s*(?:mtllib|map_\w+)\s+(\S+)\s*$", re.MULTILINE)
 
 
 def list_arm_files(directives: Path) -> tuple[Path, ...]:
-    """Lists the files of an arm, sorted.
-
-    The files are directives, package, and all files that they reference, recursively.
-    """
+    """Lists the files of an arm, sorted: directives, package file, and all files that these reference recursively."""
     package = directives.parent / _PACKAGE
     found: dict[Path, None] = {}
     waiting = [directives, package]
@@ -37,7 +34,7 @@ def list_arm_files(directives: Path) -> tuple[Path, ...]:
 
 
 def list_model_files(folder: Path) -> tuple[Path, ...]:
-    """Lists the files of a model folder that the program reads, sorted. Meshes of tools are included."""
+    """Lists all files of a model folder that the program reads, including meshes of tools, sorted."""
     tasks = [folder / name for name in _FILES]
     tasks += [path for name in _FOLDERS for path in (folder / name).glob("*.yaml")]
     there = [path for path in tasks if path.is_file()]
@@ -47,7 +44,7 @@ def list_model_files(folder: Path) -> tuple[Path, ...]:
 
 
 def _list_named(path: Path, package: Path) -> Iterable[Path]:
-    """Lists the files that a file references, in its package or its folder."""
+    """Lists the files that a file references, either in its package or in its own folder."""
     if path.suffix in _DESCRIPTIONS:
         text = _read(path)
         return [

@@ -1,4 +1,4 @@
-"""Renders the program's templates, which are in a package's folder ``templates``."""
+"""Renders the program's templates, which are stored in the folder ``templates`` of a package."""
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -10,7 +10,7 @@ type _Filters = tuple[tuple[str, Callable[..., str]], ...]
 def render_template(
     package: str, name: str, *, escapes: bool, filters: Mapping[str, Callable[..., str]] | None = None, **values: Any
 ) -> str:
-    """Renders a template of a package with filters and values. ``escapes`` escapes values for HTML."""
+    """Renders a template of a package. ``escapes`` is True to escape values for HTML."""
     environment = _build_environment(package, escapes, tuple((filters or {}).items()))
     found: str = environment.get_template(name).render(values)
     return found
@@ -18,7 +18,7 @@ def render_template(
 
 @lru_cache
 def _build_environment(package: str, escapes: bool, filters: _Filters) -> Any:
-    """Builds the environment of a package's templates, with a cache of compiled ones."""
+    """Builds the environment of a package's templates, which caches compiled templates."""
     import jinja2  # imported here because most runs render nothing
 
     environment = jinja2.Environment(

@@ -1,8 +1,7 @@
-"""Reads tables of numbers from text, such as CSV.
+"""Reads tables of numbers from text files, such as CSV.
 
-A line of names precedes one row of numbers per line.
-
-This module imports neither pandas nor Drake, so that small commands start fast.
+A table has an optional line of column names, and then one row of numbers per line. This module imports neither pandas
+nor Drake, so that small commands start quickly.
 """
 
 from collections import Counter
@@ -16,28 +15,29 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError, show_value
 from affordance.files import bounded
 
-# Possible delimiters; the most frequent one in the first line is used.
+# Possible delimiters. The most frequent delimiter in the first line is used.
 _DELIMITERS = ",;\t "
 
 
 class TextTable(NamedTuple):
     """Table of finite numbers, with each row's line in the file."""
 
-    names: list[str]  # names of the columns, length k; empty texts if there is no line of names
+    names: list[str]  # names of the columns, length k; empty texts if the file has no names
     values: Array  # numbers, shape (N, k)
-    rows: list[int]  # lines of the file, from 1, length N
+    rows: list[int]  # line number of each row in the file, from 1, length N
 
 
 def read_table(path: Path, skipped: int = 0, skipping: str = "") -> TextTable:
-    """Reads rows of numbers below a number of skipped rows.
+    """Reads a table of numbers from a text file.
 
     Args:
-        path: Text file, whose numbers are separated by commas, semicolons, tabs or spaces.
+        path: Text file. Numbers are separated by commas, semicolons, tabs or spaces.
         skipped: Number of rows above the table.
-        skipping: Hint that tells users how to skip rows.
+        skipping: Hint for users on how to skip rows.
 
     Raises:
-        BadValueError: The file cannot be read, or a row is incomplete or not of numbers; the message names it.
+        BadValueError: The file cannot be read, or a row is incomplete or contains something other than finite
+            numbers; the message names the row.
     """
     lines = bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig").split("\n")
     rows = [number for number in range(skipped, len(lines)) if lines[number].strip()]
@@ -58,7 +58,7 @@ def read_table(path: Path, skipped: int = 0, skipping: str = "") -> TextTable:
                 quotechar='"',
                 ndmin=2,
             )
-    except ValueError as error:  # not numbers, or not as many in each row
+    except ValueError as error:  # a cell is not a number, or rows have different lengths
         raise _explain(path, lines, rows, names, delimiter, skipping) from error
     if values.shape[1] != len(names) or not np.isfinite(values).all():
         raise _explain(path, lines, rows, names, delimiter, skipping)
@@ -80,7 +80,7 @@ def _read_number(cell: str) -> float | None:
 def _explain(
     path: Path, lines: Sequence[str], rows: Sequence[int], names: Sequence[str], delimiter: str, skipping: str
 ) -> BadValueError:
-    """Builds the error about the first row that does not have a number for each column."""
+    """Creates the error about the first row that does not have one finite number per column."""
     width = len(names)
     usual = Counter(len(_split(lines[number], delimiter)) for number in rows).most_common(1)[0][0]
     hint = "" if usual == width or not skipping else f" ({skipping})"

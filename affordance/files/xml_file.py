@@ -1,4 +1,4 @@
-"""Reads external XML without entities, which could exhaust memory or include files."""
+"""Reads external XML. Entities are rejected, because they can exhaust memory or include other files."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,16 +12,17 @@ from affordance.files.bounded import read_bytes
 def read_xml(path: Path, most: int) -> Element:
     """Reads an XML file of at most ``most`` bytes.
 
-    A larger file is an error; other errors are as in ``parse_xml``.
+    Raises:
+        BadValueError: The file cannot be read, is too large, or is rejected by ``parse_xml``.
     """
     return parse_xml(path, read_bytes(path, most))
 
 
 def parse_xml(path: Path, content: bytes) -> Element:
-    """Parses XML from bytes. Prefixes become namespaces without declaration.
+    """Parses XML from bytes. Prefixes need not be declared, and become namespaces: ``drake:x`` becomes ``{drake}x``.
 
-    For example, ``drake:x`` becomes ``{drake}x``. Invalid XML, or XML with entities, raises a BadValueError that
-    names the line.
+    Raises:
+        BadValueError: The XML is invalid, defines entities, or has hidden characters; the message names the line.
     """
     parser, tree = expat.ParserCreate(), TreeBuilder()
     parser.buffer_text = True

@@ -1,9 +1,6 @@
-"""Appearance of an object: colour, sizes and position of each part.
+"""Appearance of an object, by which it is recognised: colour, sizes and position of each part.
 
-Objects are recognised by it.
-
-Memory cannot distinguish objects of equal appearance, so a decoy that looks like another object is remembered as that
-object.
+Memory cannot distinguish objects of equal appearance. It therefore recognises a decoy as the object that it imitates.
 """
 
 import math
@@ -12,15 +9,15 @@ from typing import NamedTuple
 
 from affordance.objects.colour import Colour, is_same_colour
 
-# Lengths that differ by less than this fraction are indistinguishable by eye: the Weber fraction of the length of
-# lines is 0.029 (Teghtsoonian 1971, Psychological Review 78:71-80; from memory, not checked).
+# Lengths that differ by less than this fraction cannot be distinguished by eye. It is the Weber fraction of line
+# length (Teghtsoonian 1971, Psychological Review 78:71-80; from memory, not checked).
 SAME_LENGTH = 0.029
-# Two measurements of the same length differ by more than this many standard deviations in one of 200 pairs.
+# In one of 200 pairs, two measurements of the same length differ by more than this many standard deviations.
 _MEASUREMENT_MARGIN = 4.0
 
 
 class PartAppearance(NamedTuple):
-    """Appearance of one part, with standard deviations (SD) of its measurement."""
+    """Appearance of one part, with standard deviations (SD) of its measurement errors."""
 
     colour: Colour  # red, green and blue in [0, 1]
     sizes: tuple[float, ...]  # axis lengths in any order, [m]
@@ -28,7 +25,7 @@ class PartAppearance(NamedTuple):
     colour_sd: float = 0.0  # SD of the colour in each direction of CIELAB; 0 if it is exact
     size_sd: float = 0.0  # SD of each size, as a fraction of it
     position_sd: float = 0.0  # SD of each coordinate, [m]
-    lightness_sd: float = 0.0  # SD of a further error of the colour's brightness, in units of L*
+    lightness_sd: float = 0.0  # SD of an additional error of lightness, in units of L*
 
 
 type Appearance = tuple[PartAppearance, ...]
@@ -37,9 +34,9 @@ type Appearance = tuple[PartAppearance, ...]
 def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance]) -> bool:
     """Returns True if two appearances can belong to the same object.
 
-    Both objects need equally many parts that match one to one. Parts match if their colours are the same, and their
-    sizes and positions differ by no more than measurement error plus the resolution of the eye. This takes n^2
-    comparisons for n parts.
+    Every part of one object must match a different part of the other. Parts match if they have the same colour, and
+    if their sizes and positions differ by no more than the measurement error plus the resolution of the eye. The
+    number of comparisons is n^2 for n parts.
     """
     if len(one) != len(other):
         return False
@@ -54,10 +51,13 @@ def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance
 
 
 def _is_same_part(one: PartAppearance, other: PartAppearance, extent: float) -> bool:
-    """Returns True if two parts match. The position tolerance scales with ``extent``, the object's length, [m]."""
+    """Returns True if two parts match.
+
+    The tolerance of positions is proportional to ``extent``, the object's length, [m].
+    """
     if len(one.sizes) != len(other.sizes):
         return False
-    # A memory compares each object with all others: plain numbers are several times as fast as short arrays.
+    # Each object is compared with all stored objects: plain numbers are several times faster than short arrays.
     tolerance = SAME_LENGTH + _MEASUREMENT_MARGIN * max(one.size_sd, other.size_sd)
     for a, b in zip(sorted(one.sizes), sorted(other.sizes), strict=True):
         if not abs(a - b) <= tolerance * min(a, b):

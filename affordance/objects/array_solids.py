@@ -1,11 +1,12 @@
-"""Solids given by arrays: triangle meshes and sets of thin upright columns.
+"""Solids defined by arrays: triangle meshes, and sets of thin upright columns.
 
-A tetrahedron from Eo to the corners p1, p2, p3 of a face, counter-clockwise seen from outside, has the signed
-volume d = p1 . (p2 x p3) / 6, and with s = p1 + p2 + p3
+The inertia of a mesh is a sum of integrals over tetrahedra. Each face has corners p1, p2, p3, counter-clockwise as
+seen from outside, and forms a tetrahedron with Eo. With d = p1 . (p2 x p3) / 6, the tetrahedron's signed volume, and
+s = p1 + p2 + p3,
 
     integral x x^T dV = d (s s^T + sum_k p_k p_k^T) / 20,    integral x dV = d s / 4
 
-whose sums over all faces are the solid's integrals, whatever its form (Lien and Kajiya 1984, IEEE Computer Graphics
+The sums over all faces are the integrals over the solid, for any shape (Lien and Kajiya 1984, IEEE Computer Graphics
 and Applications 4:35-42, from memory).
 """
 
@@ -23,16 +24,16 @@ from affordance.objects.inertia import Shape
 
 type Faces = NDArray[np.intp]
 
-# Corners within this distance of the farthest one along a direction are on the same face: single-precision
-# coordinates in millimetres are rounded to 0.02 um, [m].
+# Corners within this distance of the farthest corner along a direction are on the same face, [m]. It exceeds the
+# rounding of single-precision coordinates in millimetres, which is 0.02 um.
 _SAME_FACE = 1e-6
-# Column ends within this distance of the farthest along a direction are averaged, because a single column's end is
-# noisy: two columns of half a millimetre, [m].
+# Column ends within this distance of the farthest end along a direction are averaged, because each end is noisy, [m].
+# It equals the width of two columns of half a millimetre.
 _AS_FAR = 1e-3
 
 
 class ArraySolid(Shape):
-    """Solid whose fields are arrays. Solids with equal arrays are equal."""
+    """Solid whose fields are arrays. Two solids are equal if their arrays are equal."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
@@ -48,23 +49,27 @@ class ArraySolid(Shape):
 
     @abstractmethod
     def _stretch(self, factors: Array) -> Self:
-        """Returns the solid stretched about Eo along Ex, Ey, Ez."""
+        """Stretches the solid about Eo along Ex, Ey and Ez by three factors."""
 
     @abstractmethod
     def _move(self, p: Array) -> Self:
-        """Returns the solid displaced by p, shape (3,), [m]."""
+        """Displaces the solid by p, shape (3,), [m]."""
 
     @cached_property
     @abstractmethod
     def _unit_pseudo_inertia(self) -> Array:
-        """Pseudo-inertia, computed once."""
+        """Pseudo-inertia at unit density, cached."""
 
     def with_sizes(self, sizes: Array) -> Self:
-        """Returns the solid stretched about Eo to fit a box of given lengths, shape (3,), [m]."""
+        """Stretches the solid about Eo until its bounding box has the given lengths, shape (3,), [m]."""
         return self if np.array_equal(sizes, self.sizes) else self._stretch(sizes / self.sizes)
 
     def centre(self) -> tuple[Self, Array]:
-        """Returns the solid with Eo at its centroid, and the old centroid, (3,), [m]."""
+        """Moves Eo to the centroid of the solid.
+
+        Returns:
+            The moved solid, and the previous position of the centroid, (3,), [m].
+        """
         J = self._unit_pseudo_inertia
         centroid = J[:3, 3] / J[3, 3]
         return self._move(-centroid), centroid
@@ -76,17 +81,23 @@ class ArraySolid(Shape):
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh(ArraySolid):
-    """Solid bounded by closed surfaces of triangles. An inner surface, wound inwards, bounds a cavity.
+    """Solid bounded by closed triangular surfaces. A surface that is wound inwards bounds a cavity.
 
-    Vertices in E, (n, 3), [m], and faces, (m, 3), with three vertices each, counter-clockwise as seen from outside
-    the material, are read-only.
+    Attributes:
+        vertices: Vertices in E, (n, 3), [m], read-only.
+        faces: Indices of three vertices per face, (m, 3), counter-clockwise as seen from outside the material,
+            read-only.
     """
 
     vertices: Array
     faces: Faces
 
     def __post_init__(self) -> None:
-        """Stores read-only copies. Invalid arrays, an open surface, or no positive volume raise a ValueError."""
+        """Stores read-only copies of the arrays.
+
+        Raises:
+            ValueError: The arrays are invalid, a surface is open, or the volume is not positive.
+        """
         vertices, faces = np.array(self.vertices, dtype=float), np.array(self.faces, dtype=np.intp)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
             shapes = f"vertices are {vertices.shape} and faces {faces.shape}"
@@ -119,13 +130,13 @@ class TriangleMesh(ArraySolid):
         return TriangleMesh(self.vertices + p, self.faces)
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the mean of the corners that are farthest along a direction, shape (3,), [m]."""
+        """Computes the mean of the corners that are farthest along a direction, shape (3,), [m]."""
         reach = self._hull_corners @ (direction_E / np.linalg.norm(direction_E))
         return self._hull_corners[reach >= reach.max() - _SAME_FACE].mean(axis=0)
 
     @cached_property
     def _hull_corners(self) -> Array:
-        """Vertices that faces use, without duplicates, (n, 3), [m]."""
+        """Distinct vertices that belong to a face, (n, 3), [m]."""
         return np.unique(self.vertices[np.unique(self.faces)], axis=0)
 
     @cached_property
@@ -135,10 +146,12 @@ class TriangleMesh(ArraySolid):
 
 @dataclass(frozen=True, eq=False)
 class ColumnSolid(ArraySolid):
-    """Solid composed of N square columns along Ez, given by read-only arrays.
+    """Solid composed of N square columns along Ez.
 
-    ``places`` are the x and y of the columns' axes, (N, 2), [m], ``areas`` their cross-sections, (N,), [m^2], and
-    ``ends`` the least and largest z of each, (N, 2), [m].
+    Attributes:
+        places: Coordinates x and y of the columns' axes, (N, 2), [m], read-only.
+        areas: Cross-sections of the columns, (N,), [m^2], read-only.
+        ends: Least and largest z of each column, (N, 2), [m], read-only.
     """
 
     places: Array
@@ -146,7 +159,11 @@ class ColumnSolid(ArraySolid):
     ends: Array
 
     def __post_init__(self) -> None:
-        """Stores read-only copies. Inconsistent shapes, or columns without volume, raise a ValueError."""
+        """Stores read-only copies of the arrays.
+
+        Raises:
+            ValueError: The arrays have inconsistent shapes, or the columns have no volume.
+        """
         arrays = {name: np.array(getattr(self, name), dtype=float) for name in ("places", "areas", "ends")}
         store_read_only(self, **arrays)
         count = len(self.areas)
@@ -158,7 +175,7 @@ class ColumnSolid(ArraySolid):
 
     @property
     def sizes(self) -> Array:
-        """Lengths of the box around the columns' axes and ends along Ex, Ey, Ez, shape (3,), [m]."""
+        """Lengths of a box around all columns along Ex, Ey and Ez, shape (3,), [m]."""
         across = np.ptp(self.places, axis=0) + np.sqrt(self.areas.max())
         return np.array([*across, self.ends[:, 1].max() - self.ends[:, 0].min()])
 
@@ -177,7 +194,7 @@ class ColumnSolid(ArraySolid):
     @cached_property
     def _unit_pseudo_inertia(self) -> Array:
         low, high = self.ends.T
-        # Volume, first and second moment of each column along z.
+        # Volume, and first and second moments about Eo along z, of each column.
         volume, first, second = (self.areas * (high**k - low**k) / k for k in (1, 2, 3))
         J = np.zeros((4, 4))
         J[:2, :2] = (self.places * volume[:, None]).T @ self.places + np.eye(2) * (self.areas @ volume) / 12.0
@@ -187,18 +204,20 @@ class ColumnSolid(ArraySolid):
         return J
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the mean of the columns' ends that are farthest along a direction, shape (3,), [m]."""
+        """Computes the mean of the column ends that are farthest along a direction, shape (3,), [m]."""
         ends = np.vstack([np.column_stack([self.places, z]) for z in self.ends.T])
         reach = ends @ (direction_E / np.linalg.norm(direction_E))
         return ends[reach >= reach.max() - _AS_FAR].mean(axis=0)
 
 
 def integrate_faces(vertices: Array, faces: Faces) -> Array:
-    """Integrates the pseudo-inertia of a closed volume at 1 kg/m^3 about the origin, (4, 4).
+    """Computes the pseudo-inertia, (4, 4), of a closed volume at 1 kg/m^3 about the origin.
 
-    Faces, (m, 3), are indices of vertices, (n, 3), [m]; surfaces that are wound inwards have negative volume.
+    Args:
+        vertices: Vertices, (n, 3), [m].
+        faces: Indices of three vertices per face, (m, 3). Surfaces that are wound inwards have negative volume.
     """
-    # Integration about the mean of the corners reduces cancellation.
+    # Integrating about the mean of the corners reduces rounding errors.
     middle = vertices[faces[:, 0]].mean(axis=0)
     corners = vertices[faces] - middle  # (m, 3, 3)
     d = np.einsum("mi,mi->m", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
@@ -213,9 +232,10 @@ def integrate_faces(vertices: Array, faces: Faces) -> Array:
 
 
 def find_open_edges(faces: Faces) -> NDArray[np.intp]:
-    """Finds edges that are not traversed equally often in both directions.
+    """Finds the edges that the faces, (m, 3), do not traverse equally often in both directions.
 
-    Faces are (m, 3); the edges are vertex pairs, (k, 2).
+    Returns:
+        Pairs of vertex indices, (k, 2).
     """
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     proper = start != end

@@ -1,7 +1,7 @@
 """Drake geometry for drawing solids.
 
-A tool's contact geometry is its striking face (plant/contact.py), not its solids: Drake's point contact replaces any
-mesh with its convex hull, which would fill the claw of a hammer.
+Contact uses only a tool's striking face (plant/contact.py), not its solids. Drake's point contact replaces each mesh
+with its convex hull, which would fill the claw of a hammer.
 """
 
 import functools
@@ -19,7 +19,11 @@ from affordance.objects.primitives import Box, Capsule, Cylinder
 
 
 def make_drawn_shape(shape: Shape) -> Any:
-    """Builds the Drake shape that draws a solid, in its frame E. An unknown solid raises a NotImplementedError."""
+    """Builds the Drake shape that draws a solid in its frame E.
+
+    Raises:
+        NotImplementedError: The type of solid is unknown.
+    """
     shape = find_visible(shape)
     match shape:
         case Ellipsoid():
@@ -37,17 +41,20 @@ def make_drawn_shape(shape: Shape) -> Any:
 
 @functools.lru_cache(maxsize=128)
 def draw_mesh(mesh: TriangleMesh) -> geometry.Mesh:
-    """Builds the Drake shape that draws a mesh. The mesh's file is written once per mesh."""
+    """Builds the Drake shape that draws a mesh. Shapes are cached."""
     text = write_obj(mesh.vertices, mesh.faces)
     return geometry.Mesh(geometry.InMemoryMesh(mesh_file=MemoryFile(text.encode(), ".obj", "part")))
 
 
 def write_obj(vertices: Array, faces: NDArray[np.intp], digits: int = 9) -> str:
-    """Formats triangles, (M, 3), of vertices, (N, 3), [m], as OBJ text.
+    """Formats a triangle mesh as OBJ text.
 
-    Numbers have the given number of significant digits.
+    Drake's renderer needs normals, so each triangle has one. Degenerate triangles are omitted.
 
-    Each triangle has a normal, which Drake's renderer requires; degenerate triangles are omitted.
+    Args:
+        vertices: Vertices, (N, 3), [m].
+        faces: Indices of three vertices per face, (M, 3).
+        digits: Number of significant digits.
     """
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

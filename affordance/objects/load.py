@@ -1,4 +1,4 @@
-"""Loads tools and their solid parts (ellipsoids, boxes, cylinders, capsules, meshes) from YAML files."""
+"""Loads tools and their parts (ellipsoids, boxes, cylinders, capsules, meshes) from YAML files."""
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
@@ -33,10 +33,10 @@ from affordance.objects.tool_entries import ComponentEntry, StrikeEntry, ToolEnt
 
 _LOG = logging.getLogger(__name__)
 
-# Value that selects the colour in the mesh file.
+# Value of the key ``colour`` that selects the colours in the mesh file.
 _OF_FILE = "file"
 
-# Types of solids, by the key of their lengths.
+# Types of solids, by the key that contains their lengths.
 _SOLIDS: dict[str, type[Primitive]] = {"semi_axes": Ellipsoid, "box": Box, "cylinder": Cylinder, "capsule": Capsule}
 _KINDS = (*_SOLIDS, "mesh")
 # Keys allowed for primitives, and keys allowed for meshes.
@@ -55,15 +55,16 @@ _OF_MESHES = ("unit", "shell", "materials", *_OF_PRIMITIVES)
 _ORIGIN = (0.0, 0.0, 0.0)
 # Least length of a vector that defines a direction, [1].
 _MIN_LENGTH = 0.01
-# Largest number of parts of all tools together: a joint belief's computing time grows with its cube.
+# Largest number of parts of all tools together. The time to compute a joint belief grows with the cube of this
+# number.
 _MOST_PARTS = 200
-# Files of tools and of held objects, in the folder workshop/ of the models.
+# Files with tools and other held objects, in the models' folder workshop/.
 _WORKSHOP = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")
 
 
 @dataclass(frozen=True)
 class Part:
-    """Component entry in a tools file, with its place and the known materials."""
+    """Component in a tools file: its entry, its place in the file, and the known materials."""
 
     path: Path
     key: str
@@ -71,11 +72,15 @@ class Part:
     materials: Mapping[str, Material]
 
     def error(self, name: str, problem: str) -> BadValueError:
-        """Builds an error about a key of the entry."""
+        """Creates an error about one of the entry's keys."""
         return BadValueError(self.path, f"{self.key}.{name}", problem)
 
     def find_material(self, key: str, name: str | None) -> Material:
-        """Finds the material that a key names. A missing or unknown name raises a BadValueError."""
+        """Returns the material that a key names.
+
+        Raises:
+            BadValueError: The name is missing or unknown.
+        """
         if name is None:
             raise self.error(key, "is missing")
         if name not in self.materials:
@@ -86,7 +91,11 @@ class Part:
 
 
 def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
-    """Builds a component, or all components of a mesh. An invalid value or file raises a BadValueError."""
+    """Builds one component from an entry, or several components from a mesh.
+
+    Raises:
+        BadValueError: A value or a mesh file is invalid.
+    """
     entry = part.entry
     kinds = [kind for kind in _KINDS if getattr(entry, kind) is not None]
     if len(kinds) > 1:
@@ -128,8 +137,8 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
 def _choose_bodies(part: Part, found: tuple[Body, ...]) -> tuple[Body, ...]:
     """Selects the bodies of a mesh that become components.
 
-    The selection is the requested body, all bodies if materials or colours are given per shell, or all bodies merged
-    into one.
+    These are the requested body, or all bodies if each shell has its own material or colour. Otherwise all bodies are
+    merged into one.
     """
     entry = part.entry
     if entry.shell is not None:
@@ -146,7 +155,7 @@ def _choose_bodies(part: Part, found: tuple[Body, ...]) -> tuple[Body, ...]:
 def _read_list(
     part: Part, found: Sequence[Body], colours: Sequence[Colour | None]
 ) -> list[tuple[Material, Material]]:
-    """Reads the materials of all shells, including cavities, and the appearance of each body."""
+    """Reads the material of each shell, including cavities, and the apparent material of each body."""
     names = part.entry.materials or []
     if len(names) != count_shells(found):
         problem = f"has {len(names)} entries, must have {count_shells(found)}: one per shell, in the file's order"
@@ -163,7 +172,7 @@ def _read_list(
 
 
 def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[Material, Material]]:
-    """Reads material and appearance of each body from ``material``, or from ``colour`` alone."""
+    """Reads the true and the apparent material of each body from ``material``, or from ``colour`` alone."""
     entry = part.entry
     if entry.material is None and entry.colour is not None:
         pairs = []
@@ -180,7 +189,7 @@ def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[
 
 
 def _read_look(part: Part, material: Material, colour: Colour | None) -> Material:
-    """Reads the apparent material of a part: its own, another, or a given colour."""
+    """Reads the apparent material of a part: its own material, another material, or a given colour."""
     if part.entry.looks_like is not None:
         return part.find_material("looks_like", part.entry.looks_like)
     if part.entry.colour is not None:
@@ -218,13 +227,13 @@ def load_tools(
 ) -> tuple[Tool, ...]:
     """Loads the tools of a file.
 
-    Each entry of its list ``tools`` has a name, components, and optional grips and strikes.
+    The file has a list ``tools``. Each tool has a name, components, and optionally grips and strikes.
 
     Args:
         path: Path of the file.
-        materials: Materials of which components can be made, by name; None for the program's own.
-        meshes: Folder to which paths of mesh files are relative; None for the tools file's folder.
-        chosen: Predicate on a tool's name that selects the tools to load; meshes of other tools are not opened.
+        materials: Available materials by name; None for the program's own.
+        meshes: Folder of the mesh files; None for the folder of the tools file.
+        chosen: Function that returns True for the name of each tool to load. Meshes of other tools are not opened.
 
     Raises:
         BadValueError: The file, one of its values or a mesh file is invalid; the message names file, key and value.
@@ -236,7 +245,7 @@ def load_tools(
 
 
 def list_materials(path: StrPath) -> tuple[str, ...]:
-    """Lists the materials that a tools file names, without duplicates. No mesh is opened."""
+    """Lists the materials that a tools file uses, without duplicates and without opening meshes."""
     named = [
         name
         for tool in load_model(check_path("path", path), _ToolsFile).tools
@@ -249,9 +258,12 @@ def list_materials(path: StrPath) -> tuple[str, ...]:
 def select_known(
     materials: Mapping[str, Material], tools: Sequence[Tool], models: Path = MODELS
 ) -> dict[str, Material]:
-    """Selects the materials that the workshop's and further tools use.
+    """Selects the materials that are used in the workshop's files or in further tools.
 
-    Materials are returned by name, in their original order.
+    Args:
+        materials: Materials by name; their order is preserved.
+        tools: Further tools.
+        models: Folder with the workshop's files.
     """
     names = {name for file in _WORKSHOP for name in list_materials(models / "workshop" / file)}
     names |= {each.name for tool in tools for part in tool.components for each in (part.material, part.looks_like)}
@@ -265,7 +277,11 @@ def _build_tools(
     meshes: Path,
     chosen: Callable[[str], bool],
 ) -> tuple[Tool, ...]:
-    """Builds the chosen tools of a file. A repeated name raises a BadValueError."""
+    """Builds the selected tools of a file.
+
+    Raises:
+        BadValueError: A value is invalid, or two tools have the same name.
+    """
     tools: dict[str, Tool] = {}
     names: set[str] = set()
     num_parts = 0
@@ -304,9 +320,10 @@ def _build_tools(
 def _list_weighing(
     path: Path, key: str, entry: ToolEntry | ComponentEntry, parts: tuple[int, ...]
 ) -> tuple[Weighing, ...]:
-    """Returns the weighing of an entry, if it has one, as a list.
+    """Returns a tuple with the weighing of an entry; empty if the entry has no mass.
 
-    A ``mass_sd`` without a mass raises a BadValueError.
+    Raises:
+        BadValueError: There is a ``mass_sd`` without a mass.
     """
     if entry.mass is None:
         if entry.mass_sd is not None:
@@ -318,7 +335,7 @@ def _list_weighing(
 def _add_strike(
     components: Sequence[Component], name: str, entry: StrikeEntry, path: Path, key: str
 ) -> tuple[Component, ...]:
-    """Adds a striking face to the part on which it is located."""
+    """Adds a striking face to the part on which the face is located."""
     point, normal = np.array(entry.point), np.array(entry.normal)
     length = float(np.linalg.norm(normal))
     if length < _MIN_LENGTH:

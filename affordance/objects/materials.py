@@ -1,8 +1,6 @@
-"""Materials with colour, density and density spread.
+"""Materials with colour, density and density spread, and their file format.
 
-Includes the reader of materials files, and users' notation of colours.
-
-A colour can be written as the name of a material, as hexadecimal digits such as '#d4a017', or as three numbers.
+Users can write a colour as the name of a material, in hexadecimal such as '#d4a017', or as three numbers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,10 +19,10 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
 from affordance.objects.inertia import DENSITY_MAX
 
-# Bounds of densities in simulations and beliefs, wider than the bounds of real materials, [kg/m^3].
+# Bounds of densities in simulations and beliefs, [kg/m^3]. They are wider than the bounds of real materials.
 DENSITIES = Within(1e-3, 1e6)
-# Least density in a materials file, [kg/m^3]: the lightest packing foam (ASTM C578, type XI). A density in g/cm^3 by
-# mistake is a smaller number, except for metals such as tungsten and gold.
+# Least density in a materials file, [kg/m^3]: the lightest packing foam (ASTM C578, type XI). Densities that are
+# given in g/cm^3 by mistake are smaller, except for metals such as tungsten and gold.
 _LIGHTEST = 12.0
 # The program's own materials file.
 MATERIALS = MODELS / "materials.yaml"
@@ -72,7 +70,7 @@ type ColourText = Annotated[str, Text(), AfterValidator(_check_colour)]
 
 @dataclass(frozen=True)
 class _FileDensity(Within):
-    """Constraint on a density in a file, [kg/m^3]. Errors name the unit, and convert the value from g/cm^3."""
+    """Constraint on a density in a file, [kg/m^3]. Error messages name the unit and convert values in g/cm^3."""
 
     @override
     def check(self, value: Any, at: str = "") -> float:
@@ -89,14 +87,16 @@ class _FileDensity(Within):
 
 
 class MaterialEntry(DataModel):
-    """Entry of a material in a file."""
+    """Material in a file."""
 
     colour: Annotated[ColourText, Field(description="Red, green and blue in hexadecimal, as '#b5a642'.")]
     density: Annotated[
         float, _FileDensity(_LIGHTEST, DENSITY_MAX), Field(description="Density of the material, [kg/m^3].")
     ]
     density_sd: Annotated[
-        float, Within(0.0, DENSITY_MAX), Field(description="Standard deviation between objects made of it, [kg/m^3].")
+        float,
+        Within(0.0, DENSITY_MAX),
+        Field(description="Standard deviation of density between objects made of the material, [kg/m^3]."),
     ]
     source: Annotated[str, Text(), Field(description="Source of the density.")] = "no source is given"
 
@@ -110,7 +110,9 @@ class _MaterialsFile(RootModel[Annotated[dict[Name, MaterialEntry], Field(min_le
 
 
 def load_materials(path: StrPath = MATERIALS) -> dict[str, Material]:
-    """Loads a materials file, which maps names to colour, density, density_sd and optionally source.
+    """Loads a materials file.
+
+    Each material has a name, colour, density, density_sd and optionally a source.
 
     Raises:
         BadValueError: The file or one of its values is invalid; the message names file, key and value.
@@ -124,7 +126,11 @@ _load_own = lru_cache(maxsize=1)(load_materials)
 
 
 def check_materials(materials: object) -> Mapping[str, Material]:
-    """Returns materials by name, as from ``load_materials``. Anything else raises a BadArgumentError."""
+    """Returns a mapping of names to materials, as from ``load_materials``, after checking it.
+
+    Raises:
+        BadArgumentError: The argument is not such a mapping.
+    """
     if not isinstance(materials, Mapping):
         problem = (
             f"is of type {type(materials).__name__}, must be a mapping of names to materials, see load_materials"
@@ -136,9 +142,15 @@ def check_materials(materials: object) -> Mapping[str, Material]:
 def find_colour(
     material: MaterialLike, materials: Mapping[str, Material] | None = None, argument: str = "material"
 ) -> Colour:
-    """Finds the colour that identifies a material. The program's own materials are searched unless others are given.
+    """Returns the colour of a material, which may be given in any notation.
 
-    An unknown name raises a BadArgumentError that names ``argument``.
+    Args:
+        material: Name, material or colour.
+        materials: Materials to search for a name; None for the program's own.
+        argument: Name of the argument in error messages.
+
+    Raises:
+        BadArgumentError: The name is unknown, or the colour is invalid.
     """
     if isinstance(material, Material):
         return material.colour

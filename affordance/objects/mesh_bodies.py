@@ -1,4 +1,4 @@
-"""Loads the bodies of a mesh file in metres, each with its colour in the file."""
+"""Loads the bodies of a mesh file, converted to metres, each with its colour."""
 
 import functools
 import logging
@@ -20,26 +20,20 @@ _LOG = logging.getLogger(__name__)
 
 # Metres in each unit.
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
-# Bounds of the length of objects that a hand can hold and swing: the thickness of a coin, and a metre, [m].
+# Bounds of the length of objects that a hand can hold and swing, from the thickness of a coin to a metre, [m].
 LENGTH_MIN, LENGTH_MAX = 1e-3, 1.0
-# Length above which a tool is plausible, not merely possible, [m].
+# Length from which a tool is plausible and not merely possible, [m].
 _PLAUSIBLE = 0.02
 
 
 class Body(NamedTuple):
-    """Solid body of a mesh with its centroid at Eo.
+    """Solid body of a mesh with its centroid at Eo. All surfaces are numbered in the file's order."""
 
-    The centroid's position in the file's frame F is p_FEo, (3,), [m]; F is parallel to E.
-
-    The numbers of the body and its cavities are indices of shells in the file's order. The colour covers most of its
-    surface; None if the file gives none.
-    """
-
-    solid: TriangleMesh
-    p_FEo: Array
-    number: int
-    cavities: tuple[int, ...]
-    colour: Colour | None
+    solid: TriangleMesh  # solid in E, which is parallel to the file's frame F
+    p_FEo: Array  # position of the centroid in F, (3,), [m]
+    number: int  # number of its outer surface
+    cavities: tuple[int, ...]  # numbers of the surfaces of its cavities
+    colour: Colour | None  # colour of most of its surface; None if the file has no colours
 
 
 def count_shells(bodies: Sequence[Body]) -> int:
@@ -48,15 +42,21 @@ def count_shells(bodies: Sequence[Body]) -> int:
 
 
 def load_bodies(path: Path, unit: str) -> tuple[Body, ...]:
-    """Loads the bodies of an OBJ, PLY or STL file, in its order. The bodies are cached until the file changes.
+    """Loads the bodies of an OBJ, PLY or STL file, in the file's order.
 
-    ``unit`` is a key of UNITS. A file that cannot be read, a surface that is open or inconsistently wound, or an
-    implausible size raises a BadValueError.
+    The bodies are cached until the file changes.
+
+    Args:
+        path: Path of the file.
+        unit: Unit of length, a key of UNITS.
+
+    Raises:
+        BadValueError: The file cannot be read, a surface is open or inconsistently wound, or the size is implausible.
     """
     try:
         changed = path.stat().st_mtime_ns
     except OSError:
-        changed = 0  # reading it reports the error
+        changed = 0  # the error is reported when the file is read
     return _load_bodies(path, unit, changed)
 
 
@@ -72,7 +72,7 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> tuple[Body, ...]:
     for repair in found.repairs:
         _LOG.warning("%s: %s", path, repair)
     if not all(is_sound(shell.solid) for shell in found.shells):
-        _LOG.warning("%s: surfaces run through themselves: volume that bodies share is counted twice", path)
+        _LOG.warning("%s: a surface intersects itself, so volume that bodies share is counted twice", path)
     return tuple(
         Body(*shell.solid.centre(), shell.number, shell.cavities, _find_colour(shell, vertices, triangles))
         for shell in found.shells
@@ -80,7 +80,7 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> tuple[Body, ...]:
 
 
 def merge(bodies: Sequence[Body]) -> Body:
-    """Merges all bodies of a mesh into one. Shared volume is counted once."""
+    """Merges all bodies of a mesh into one, and counts shared volume only once."""
     solids = [TriangleMesh(body.solid.vertices + body.p_FEo, body.solid.faces) for body in bodies]
     united = unite(solids) if all(map(is_sound, solids)) else None
     if united is None:
@@ -93,7 +93,7 @@ def merge(bodies: Sequence[Body]) -> Body:
 
 
 def _find_colour(shell: Shell, vertices: Array, triangles: Triangles) -> Colour | None:
-    """Finds the colour of most of the surface. Returns None if the file has no colours."""
+    """Finds the colour that covers most of the surface; None if the file has no colours."""
     corners = vertices[triangles.faces[shell.faces]]
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     colours = triangles.colours[shell.faces]

@@ -1,6 +1,6 @@
-"""Counts volume that solids share only once.
+"""Finds volume that several solids share, and counts it only once.
 
-Frames: T the tool, E a solid. Curved surfaces are approximated by facets, but only the shared volume depends on them.
+Frames: T the tool, E a solid. Curved surfaces are approximated by facets, but only to compute shared volumes.
 """
 
 from collections.abc import Sequence
@@ -16,26 +16,27 @@ from affordance.objects.inertia import LoadedShape, find_visible
 from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.tool import Component, Weighing, find_box
 
-# Fraction of shared volume up to which it is ignored: assemblies with overlapping threads, splines and press fits
-# have up to 1.1 %.
+# Largest fraction of shared volume that is ignored. Overlapping threads, splines and press fits of assemblies share
+# up to 1.1 %.
 LARGE_OVERLAP = 0.02
-# Fraction of its volume above which a solid lies wholly within another one.
+# A solid counts as inside another solid if it shares more than this fraction of its volume.
 _WITHIN = 0.999
-# Metres to millimetres, the unit that manifold3d's tolerances are suited to.
+# Conversion from metres to millimetres, for which manifold3d's tolerances are suitable.
 _SCALE = 1e3
-# Facets around a curved solid: their volume is right to 0.2 %.
+# Number of facets around a curved solid; its volume is then accurate to 0.2 %.
 _FACETS = 96
 
 
 def is_sound(solid: TriangleMesh) -> bool:
-    """Returns True if a surface does not intersect itself. Only then can shared volumes be computed."""
+    """Returns True if a surface does not intersect itself, which is required to compute shared volumes."""
     return _is_sound(_build_mesh(solid))
 
 
 def unite(solids: Sequence[TriangleMesh]) -> TriangleMesh | None:
-    """Unites solids without self-intersections in the same frame.
+    """Unites solids that are in the same frame and do not intersect themselves.
 
-    Returns None if they share too little volume to matter.
+    Returns:
+        The union, or None if the shared volume is small enough to ignore.
     """
     united = _unite([_build_mesh(solid) for solid in solids])
     is_small = united.volume() >= (1.0 - LARGE_OVERLAP) * _SCALE**3 * sum(solid.volume for solid in solids)
@@ -43,11 +44,11 @@ def unite(solids: Sequence[TriangleMesh]) -> TriangleMesh | None:
 
 
 class Counted(NamedTuple):
-    """Parts of a tool with shared volume counted once."""
+    """Parts of a tool after shared volume has been counted only once."""
 
     parts: tuple[Component, ...]
-    kept: tuple[int, ...]  # for each part, its former index
-    shared: float  # fraction of the volume that was shared; 0 if nothing has changed
+    kept: tuple[int, ...]  # original index of each part
+    shared: float  # fraction of the volume that was shared; 0 if nothing was changed
 
     def describe(self) -> str:
         """Describes the changes."""
@@ -55,29 +56,29 @@ class Counted(NamedTuple):
         return f"{share}, which is counted once: as the part that is listed first, or that lies within the other"
 
     def renumber(self, weighings: Sequence[Weighing]) -> tuple[Weighing, ...]:
-        """Renumbers the parts of weighings. A weighing of nothing but left-out parts is left out."""
+        """Updates the part indices of weighings. A weighing is dropped if all its parts were removed."""
         new = {former: index for index, former in enumerate(self.kept)}
         found = [(each, tuple(new[part] for part in each.parts if part in new)) for each in weighings]
         return tuple(each._replace(parts=parts) for each, parts in found if parts or not each.parts)
 
 
 def count_once(parts: Sequence[Component]) -> Counted:
-    """Counts shared volume once, as part of the component that is listed first.
+    """Assigns shared volume to a single part: the part that is listed first.
 
-    A part within a larger one, such as a core, keeps its volume even if it is listed later. Any other part that lies
-    wholly within earlier ones is left out. Visible shapes stay. Nothing changes if the shared fraction is small.
-    Parts whose surface intersects itself are not compared.
+    A part inside a larger part, such as a core, keeps its volume even if it is listed later. Any other part that is
+    wholly inside earlier parts is removed. Visible shapes do not change. Parts whose surface intersects itself are
+    skipped, and nothing changes if the shared fraction is small.
     """
     unchanged = Counted(tuple(parts), tuple(range(len(parts))), 0.0)
     boxes = [find_box([part]) for part in parts]
     most = {(i, k): _measure_common(boxes[i], boxes[k]) for k in range(len(parts)) for i in range(k)}
     volume = sum(part.shape.volume for part in parts)
-    if sum(most.values()) <= LARGE_OVERLAP * volume:  # the usual case, in which no solid needs to be built
+    if sum(most.values()) <= LARGE_OVERLAP * volume:  # usual case: the exact solids are not needed
         return unchanged
     touching = [pair for pair, common in most.items() if common > 0.0]
     bodies = {k: _build_manifold(parts[k]) for k in sorted({k for pair in touching for k in pair})}
     sound = {k for k, body in bodies.items() if _is_sound(body)}
-    keepers: dict[int, list[int]] = {}  # for each part, the parts that keep the volume it shares with them
+    keepers: dict[int, list[int]] = {}  # for each part, the parts to which its shared volume is assigned
     for i, k in touching:
         if {i, k} <= sound:
             is_core = bodies[k].volume() < _WITHIN * bodies[i].volume() and _is_within(bodies[k], bodies[i])
@@ -93,7 +94,7 @@ def count_once(parts: Sequence[Component]) -> Counted:
 
 
 def _remove(part: Component, common: manifold3d.Manifold | None) -> Component:
-    """Removes a volume from the inertia of a part. The volume is in the tool's frame, in millimetres."""
+    """Subtracts a volume from the inertia of a part. The volume is in the tool's frame, in millimetres."""
     if common is None or common.is_empty():
         return part
     X_ET = np.linalg.inv(part.X_TE)
@@ -102,7 +103,7 @@ def _remove(part: Component, common: manifold3d.Manifold | None) -> Component:
 
 
 def _measure_common(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """Computes the volume that two boxes share, [m^3]. Boxes are given by their least and largest coordinates."""
+    """Computes the volume that two boxes share, [m^3], from their least and largest coordinates."""
     lengths = np.minimum(one[1], other[1]) - np.maximum(one[0], other[0])
     return float(np.prod(np.maximum(lengths, 0.0)))
 
@@ -138,7 +139,7 @@ def _build_cylinder(radius: float, length: float) -> manifold3d.Manifold:
 
 
 def _is_within(inner: manifold3d.Manifold, outer: manifold3d.Manifold) -> bool:
-    """Returns True if a solid lies wholly within another one."""
+    """Returns True if a solid is wholly inside another solid."""
     return bool((inner ^ outer).volume() > _WITHIN * inner.volume())
 
 

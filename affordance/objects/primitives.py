@@ -10,8 +10,8 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import Primitive
 
-# Direction components below this fraction are rounding errors; otherwise the support point of a flat face would jump
-# to one of its corners.
+# Direction components below this fraction are treated as rounding errors. Otherwise the support point of a flat face
+# would jump to one of its corners.
 _ALONG = 1e-9
 
 
@@ -31,7 +31,7 @@ class Box(Primitive):
         return self.volume * np.diag([*(self.sizes**2 / 12.0), 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the middle of the farthest face, edge or corner in a direction, (3,), [m]."""
+        """Finds the middle of the face, edge or corner that is farthest along a direction, (3,), [m]."""
         return 0.5 * self.sizes * _take_signs(direction_E)
 
 
@@ -56,7 +56,7 @@ class Cylinder(_Round):
         return self.volume * np.diag([across, across, self.length**2 / 12.0, 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the farthest point, or middle of the face or line, in a direction, (3,), [m]."""
+        """Finds the point, or the middle of the face or line, that is farthest along a direction, (3,), [m]."""
         across = np.array([direction_E[0], direction_E[1], 0.0])
         distance = float(np.linalg.norm(across))
         end = _point_along(0.5 * self.length, direction_E)
@@ -65,7 +65,7 @@ class Cylinder(_Round):
 
 @dataclass(frozen=True)
 class Capsule(_Round):
-    """Solid cylinder along Ez with hemispheres on its ends; length without hemispheres, [m]."""
+    """Solid cylinder along Ez with hemispheres on its ends. Its length, [m], excludes the hemispheres."""
 
     @property
     def volume(self) -> float:
@@ -75,7 +75,7 @@ class Capsule(_Round):
     def unit_pseudo_inertia(self) -> Array:
         """Computes the pseudo-inertia at 1 kg/m^3 about the centre, shape (4, 4).
 
-        The hemispheres' centroids are 3/8 r beyond the cylinder's ends; their mean square of z from these ends is
+        The centroid of each hemisphere is 3/8 r beyond the end of the cylinder; the mean square of z from this end is
         r^2/5.
         """
         r, half = self.radius, 0.5 * self.length
@@ -85,15 +85,12 @@ class Capsule(_Round):
         return np.diag([across, across, along, middle + ends])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the farthest point, or middle of the side's line, in a direction, (3,), [m]."""
+        """Finds the point, or the middle of the line, that is farthest along a direction, (3,), [m]."""
         ball: Array = self.radius * direction_E / np.linalg.norm(direction_E)
         return ball + _point_along(0.5 * self.length, direction_E)
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Returns the radius on the hemispheres, [m].
-
-        The radius is infinite on the side, which has one flat direction.
-        """
+        """Returns the radius of the hemispheres, [m]; infinite on the side, which is flat in one direction."""
         return self.radius if _take_signs(direction_E)[2] else np.inf
 
 

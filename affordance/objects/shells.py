@@ -1,8 +1,8 @@
-"""Separates a mesh into bodies, and checks that their surfaces are closed.
+"""Separates a mesh into bodies, and checks that each body has a closed surface.
 
-CAD programs write the bodies of an assembly one after another into one mesh. If two of them touch along an edge, four
-faces meet there, and only their order in the file shows which two belong together. A surface that is wound inwards
-and is inside another surface is the wall of a cavity.
+CAD programs write the bodies of an assembly one after another into one mesh. If two bodies touch along an edge, four
+faces meet there, and only the order of faces in the file shows which faces belong to the same body. A surface that is
+wound inwards, inside another surface, is the wall of a cavity.
 """
 
 from typing import NamedTuple
@@ -14,42 +14,41 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.objects.array_solids import Faces, TriangleMesh, find_open_edges, integrate_faces
 
-# Distance below which corners are equal: single-precision numbers in millimetres differ by 0.02 um, [m].
+# Corners closer than this are merged, [m]. Rounding of single-precision coordinates in millimetres is 0.02 um.
 _WELD = 1e-7
-# Larger distance, used only if it closes a surface: no wall of a hand tool is that thin, [m].
+# Larger merging distance, used only if this closes the surface, [m]. No wall of a hand tool is that thin.
 _WIDE_WELD = 1e-5
 
 
 class MeshError(ValueError):
-    """Error for faces that do not enclose a solid."""
+    """Error for a mesh whose faces do not enclose a solid."""
 
 
 class Shell(NamedTuple):
-    """Body of a mesh without its cavities, in the file's frame.
+    """Body of a mesh with its cavities. All surfaces are numbered in the file's order."""
 
-    The body has the indices of its faces in the file, (k,).
-
-    The numbers of the body and its cavities are indices of surfaces in the file's order.
-    """
-
-    solid: TriangleMesh
-    number: int
-    cavities: tuple[int, ...]
-    faces: NDArray[np.intp]
+    solid: TriangleMesh  # solid in the file's frame
+    number: int  # number of its outer surface
+    cavities: tuple[int, ...]  # numbers of the surfaces of its cavities
+    faces: NDArray[np.intp]  # indices of its faces in the file, (k,)
 
 
 class Shells(NamedTuple):
-    """Bodies of a mesh in the file's order, and descriptions of necessary repairs."""
+    """Bodies of a mesh in the file's order, and descriptions of the repairs that were necessary."""
 
     shells: tuple[Shell, ...]
     repairs: tuple[str, ...]
 
 
 def find_shells(vertices: Array, faces: Faces) -> Shells:
-    """Separates a mesh of vertices, (n, 3), [m], and faces, (m, 3), into its bodies.
+    """Separates a mesh into its bodies. Duplicate vertices are merged.
 
-    Duplicate vertices are allowed. An open surface, neighbouring faces of opposite winding, or a body without volume
-    raises a MeshError.
+    Args:
+        vertices: Vertices, (n, 3), [m].
+        faces: Indices of three vertices per face, (m, 3).
+
+    Raises:
+        MeshError: A surface is open, neighbouring faces have opposite windings, or a body has no volume.
     """
     repairs = []
     points, corner = weld(vertices)
@@ -87,7 +86,11 @@ def find_shells(vertices: Array, faces: Faces) -> Shells:
 
 
 def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Merges equal vertices. Returns the unique vertices, (k, 3), and each vertex's index among them, (n,)."""
+    """Merges equal vertices.
+
+    Returns:
+        Distinct vertices, (k, 3), and the index of each original vertex among them, (n,).
+    """
     _, first, index = np.unique(
         np.round(vertices / _WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True
     )
@@ -95,7 +98,11 @@ def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Merges vertices that are close together. Returns each group's mean, (k, 3), and each vertex's group, (n,)."""
+    """Merges vertices that are close together.
+
+    Returns:
+        Mean of each group of vertices, (k, 3), and the group of each original vertex, (n,).
+    """
     pairs = scipy.spatial.cKDTree(vertices).query_pairs(_WIDE_WELD, output_type="ndarray")
     size = len(vertices)
     graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(size, size))
@@ -106,15 +113,20 @@ def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def find_proper_faces(faces: Faces) -> NDArray[np.bool_]:
-    """Returns True for each face with three different vertices, (m,)."""
+    """Finds the faces with three different vertices. Returns a mask, (m,)."""
     proper: NDArray[np.bool_] = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     return proper
 
 
 def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
-    """Assigns each face to a body, in the file's order, (m,). Vertices, (n, 3), [m], are unique.
+    """Assigns each face to a body, (m,). Bodies are numbered in the file's order.
 
-    A mesh without faces, or with an edge that is not traversed equally often in both directions, raises a MeshError.
+    Args:
+        points: Distinct vertices, (n, 3), [m].
+        faces: Indices of three vertices per face, (m, 3).
+
+    Raises:
+        MeshError: There is no face, or an edge is not traversed equally often in both directions.
     """
     broken = find_open_edges(faces) if len(faces) else np.zeros((0, 2), dtype=np.intp)
     if len(broken) or not len(faces):
@@ -152,10 +164,9 @@ def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
 def contains(points: Array, faces: Faces, point: Array) -> bool:
     """Returns True if a point is inside a closed surface.
 
-    The test uses the solid angle of its faces seen from the point.
-
-    The angle of each face is tan(omega / 2) = a . (b x c) / (|a||b||c| + (a . b)|c| + (b . c)|a| + (c . a)|b|) (Van
-    Oosterom and Strackee 1983, IEEE Transactions on Biomedical Engineering 30:125-126, from memory).
+    The solid angle of the surface, as seen from the point, is 4 pi inside and 0 outside. Each face contributes omega
+    with tan(omega / 2) = a . (b x c) / (|a||b||c| + (a . b)|c| + (b . c)|a| + (c . a)|b|) (Van Oosterom and Strackee
+    1983, IEEE Transactions on Biomedical Engineering 30:125-126, from memory).
     """
     a, b, c = np.moveaxis(points[faces] - point, 1, 0)
     la, lb, lc = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))

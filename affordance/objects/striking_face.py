@@ -1,4 +1,4 @@
-"""Striking faces of tools, and the parts that they belong to.
+"""Striking faces of tools, and the tool parts to which they belong.
 
 Frames: T the tool, E the part, Q the middle of the face.
 """
@@ -11,17 +11,21 @@ import numpy as np
 from affordance.arrays import Array, store_read_only
 from affordance.objects.inertia import Shape
 
-# Largest distance by which a part may extend beyond a named face's plane, to allow for rounded coordinates, [m].
+# Largest distance by which a part may extend beyond the plane of a striking face, because coordinates are rounded,
+# [m].
 PLANE_TOLERANCE = 2e-4
-# Number of directions, 5 degrees apart, in which points are tested against a part's hull.
+# Number of directions, 5 degrees apart, in which a part's convex hull is compared with a point.
 _NUM_DIRECTIONS = 1600
 
 
 @dataclass(frozen=True, eq=False)
 class StrikingFace:
-    """Striking face of a part, with its middle and outward normal in E.
+    """Striking face of a part.
 
-    The middle is p_EQ, (3,), [m], the unit normal (3,); both are read-only.
+    Attributes:
+        name: Name of the face.
+        p_EQ: Middle of the face, (3,), [m], read-only.
+        normal_E: Outward unit normal, (3,), read-only.
     """
 
     name: str
@@ -33,22 +37,23 @@ class StrikingFace:
         store_read_only(self, p_EQ=np.array(self.p_EQ, dtype=float), normal_E=np.array(self.normal_E, dtype=float))
 
     def express(self, X_TE: Array) -> tuple[Array, Array]:
-        """Computes the middle p_TQ and the normal in T, given the pose X_TE of the part, shape (4, 4)."""
+        """Computes the middle p_TQ and the normal in T, from the part's pose X_TE, shape (4, 4)."""
         return X_TE[:3, :3] @ self.p_EQ + X_TE[:3, 3], X_TE[:3, :3] @ self.normal_E
 
 
 def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T: Array) -> tuple[int, float]:
-    """Finds the part with a face at a point of its convex hull. There it can strike before any other point.
+    """Finds the part whose convex hull has a face at a given point, so that the part can strike there.
 
-    The hull of a part has support h(d) along a unit vector d, so a point p is on a face with normal n if h(n) = n . p
-    and d . p <= h(d) for all d.
+    The hull has a support function h(d), the largest d . x over its points x, for each unit vector d. A point p is on
+    a face with normal n if h(n) = n . p, and d . p <= h(d) for all d.
 
     Args:
         parts: Solids and their poses X_TE, (4, 4).
         p_TQ: Point of the face, (3,), [m].
         normal_T: Outward unit normal of the face, (3,).
 
-    Returns: Index of the part, and the distance by which the point misses its face, [m].
+    Returns:
+        Index of the part, and the distance between the point and the part's face, [m].
     """
     turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_NUM_DIRECTIONS)
     z = 1.0 - (2.0 * np.arange(_NUM_DIRECTIONS) + 1.0) / _NUM_DIRECTIONS
@@ -67,7 +72,7 @@ def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T
 
 
 def _measure_behind(shape: Shape, X_TE: Array, p_TQ: Array, normal_T: Array) -> float:
-    """Computes the distance from a point to the end of a part along a normal, [m]."""
+    """Computes the distance along a normal from a point to the end of a part, [m]."""
     R_TE = X_TE[:3, :3]
     p_EQ, normal_E = R_TE.T @ (p_TQ - X_TE[:3, 3]), R_TE.T @ normal_T
     return abs(float(normal_E @ (shape.find_support(normal_E) - p_EQ)))

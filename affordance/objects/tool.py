@@ -1,7 +1,7 @@
-"""Held objects: tools composed of solid components.
+"""Tools composed of solid components, which an arm can hold.
 
-Frames: T the tool, which coincides with the hand's frame H while the tool is held; E a component. A component has the
-colour of its material unless ``looks_like`` names another, as for decoys.
+Frames: T the tool, which coincides with the hand's frame H while the tool is held; E a component. A component shows
+the colour of its material, or of the material ``looks_like`` if the object is a decoy.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,31 +19,31 @@ from affordance.objects.inertia import DENSITY_MAX, Shape, build_inertia_map, pa
 from affordance.objects.materials import Material
 from affordance.objects.striking_face import StrikingFace
 
-# Standard deviations of the errors of a drawing: relative for volume, [m] for position. On all twenty tools masses
-# agree within 0.3 % and centres of mass within 0.15 mm (docs/tools.md says which of these comparisons were blind).
+# Standard deviations of the errors of a CAD drawing: relative for volume, [m] for position. For all twenty tools,
+# masses agree within 0.3 % and centres of mass within 0.15 mm (docs/tools.md lists the blind comparisons).
 CAD_VOLUME_SD, CAD_PLACE_SD = 4e-3, 2e-4
-# Largest mass: a larger one is a mistake in units, and its simulation may not terminate, [kg].
+# Largest mass, [kg]. A larger mass is a mistake in units, and its simulation may not terminate.
 MASS_MAX = 1e4
-# Moments per unit volume that differ by at most this are equal, [1, m, m^2].
+# Largest difference between equal moments per unit volume, [1, m, m^2].
 _EQUAL = 1e-9
 
 
 class Weighing(NamedTuple):
     """Measured mass of a tool, or of some of its parts."""
 
-    parts: tuple[int, ...]  # indices of the parts that were weighed together; empty for the whole tool
+    parts: tuple[int, ...]  # indices of the parts on the scale; empty for the whole tool
     mass: float  # measured mass, [kg]
     sd: float  # standard deviation of its error, [kg]
 
 
-@dataclass(frozen=True, eq=False)  # arrays cannot be compared with a single truth value
+@dataclass(frozen=True, eq=False)  # because comparing arrays does not give a single truth value
 class Component:
     """Solid part of a tool."""
 
     shape: Shape  # solid in its own frame E
     X_TE: Array  # pose of E in the tool, (4, 4), read-only
     material: Material  # material that determines the density
-    looks_like: Material  # material whose colour the part shows
+    looks_like: Material  # material whose colour is visible
     strikes: tuple[StrikingFace, ...] = ()  # faces that are designed to strike
     volume_sd: float = CAD_VOLUME_SD  # standard deviation of the volume, as a fraction of it
     place_sd: float = CAD_PLACE_SD  # standard deviation of each coordinate of the centroid, [m]
@@ -51,7 +51,8 @@ class Component:
     def __post_init__(self) -> None:
         """Checks types and pose, and copies the pose.
 
-        A wrong type, or a pose that scales or mirrors, raises a BadArgumentError.
+        Raises:
+            BadArgumentError: A type is wrong, or the pose scales or mirrors.
         """
         check_kind("shape", self.shape, Shape)
         check_kind("material", self.material, Material)
@@ -61,25 +62,34 @@ class Component:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """Way of holding a tool. The hand's pose in the frame of the tools file is (4, 4), read-only."""
+    """Way of holding a tool.
+
+    Attributes:
+        name: Name of the grip.
+        X_TG: Pose of the hand in the frame of the tools file, (4, 4), read-only.
+    """
 
     name: str
     X_TG: Array
 
     def __post_init__(self) -> None:
-        """Stores a read-only copy of the pose. A pose that scales or mirrors raises a BadArgumentError."""
+        """Stores a read-only copy of the pose.
+
+        Raises:
+            BadArgumentError: The pose scales or mirrors.
+        """
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
 
 @dataclass(frozen=True)
 class Tool:
-    """Rigid object to be held.
+    """Rigid tool that can be held in one or more grips.
 
     Attributes:
         name: Name in the tools file.
-        components: Solid parts, at least one; poses are relative to the hand's grip.
-        grips: Ways of holding the tool; empty if it can only be held as written.
-        grip: Name of the grip in use; empty if the tool is held as written.
+        components: Solid parts, at least one. Their poses are relative to the hand.
+        grips: Available grips; empty if the tool can only be held as written in the file.
+        grip: Name of the grip in use; empty if the tool is held as written in the file.
         weighings: Measured masses of the tool, or of some of its parts.
 
     Example:
@@ -96,9 +106,10 @@ class Tool:
     weighings: tuple[Weighing, ...] = ()
 
     def __post_init__(self) -> None:
-        """Checks parts, grips and mass.
+        """Checks components, grips and mass.
 
-        No parts, a repeated grip name, or a mass of more than MASS_MAX raises a BadArgumentError.
+        Raises:
+            BadArgumentError: There is no component, a grip's name is repeated, or the mass exceeds MASS_MAX.
         """
         check_kind("name", self.name, str)
         for field in ("components", "grips"):
@@ -123,17 +134,17 @@ class Tool:
         return f"Tool({self.name}: {self.mass:.3g} kg of {materials}{held}{grips})"
 
     def gripped_by(self, grip: Grip) -> "Tool":
-        """Returns the tool in one of its grips, without the other grips."""
+        """Returns the tool as held in one of its grips, without the other grips."""
         X_GT = np.linalg.inv(grip.X_TG)
         components = tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.components)
         return Tool(self.name, components, (), grip.name, self.weighings)
 
     def list_gripped(self) -> "dict[str, Tool]":
-        """Returns the tool in each of its grips, by name."""
+        """Returns the tool as held in each of its grips, by the grip's name."""
         return {grip.name: self.gripped_by(grip) for grip in self.grips}
 
     def with_densities(self, densities: Mapping[Colour, float]) -> "Tool":
-        """Returns a tool of equal appearance with other densities, [kg/m^3], by visible colour."""
+        """Replaces densities, [kg/m^3], by visible colour. The appearance does not change."""
         parts = (
             replace(part, material=replace(part.material, density=densities[part.looks_like.colour]))
             for part in self.components
@@ -141,7 +152,10 @@ class Tool:
         return replace(self, components=tuple(parts))
 
     def scaled(self, density: float, size: float) -> "Tool":
-        """Scales densities (at most DENSITY_MAX) and lengths of the tool by two factors. The result has no grips."""
+        """Multiplies all densities and all lengths by two factors.
+
+        Densities are limited to DENSITY_MAX, and the resulting tool has no grips.
+        """
         parts = []
         for part in self.components:
             X_TE = np.array(part.X_TE)
@@ -153,14 +167,14 @@ class Tool:
 
     @cached_property
     def parameters(self) -> Array:
-        """True ten inertial parameters about To, expressed in T, shape (10,)."""
+        """True inertial parameters about To, expressed in T, shape (10,)."""
         shapes, poses = [part.shape for part in self.components], [part.X_TE for part in self.components]
         densities = [part.material.density for part in self.components]
         return build_inertia_map(shapes, poses, range(len(densities)), len(densities)) @ densities
 
     @property
     def appearance(self) -> tuple[object, ...]:
-        """Visible properties, hashable. Tools of equal appearance can share a Diagram."""
+        """Hashable visible properties. Tools of equal appearance can share a Diagram."""
         return tuple((part.shape, part.X_TE.tobytes(), part.looks_like.colour) for part in self.components)
 
     @property
@@ -180,29 +194,26 @@ class Tool:
 
     @property
     def p_TTcentre(self) -> Array:
-        """Centroid of the volume, regardless of mass, shape (3,), [m]."""
+        """Centroid of the volume, independent of density, shape (3,), [m]."""
         volumes = [component.shape.volume for component in self.components]
         return np.average([component.X_TE[:3, 3] for component in self.components], axis=0, weights=volumes)
 
 
 def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:
-    """Lists true densities by visible colour, [kg/m^3].
-
-    Densities are in the order of components; decoys are ignored.
-    """
+    """Lists true densities by visible colour, [kg/m^3], in the order of components. Decoys are not distinguished."""
     return {part.looks_like.colour: part.material.density for tool in tools for part in tool.components}
 
 
 def list_colours(tools: Iterable[Tool]) -> tuple[Colour, ...]:
-    """Lists visible colours of tools without duplicates, in the order of components."""
+    """Lists the visible colours of tools without duplicates, in the order of components."""
     return tuple(list_densities(tools))
 
 
 def is_symmetric(tool: Tool) -> bool:
-    """Returns True if a tool has the same shape in both grips.
+    """Returns True if a tool has exactly two grips, and the same shape in both.
 
-    Shape alone then favours neither grip. With the same prior for all materials, the chance level before any
-    experience is one half in any task.
+    Shape alone then favours neither grip. If all materials have the same prior, the chance level before any
+    experience is one half in every task.
     """
     if len(tool.grips) != 2:
         return False
@@ -216,7 +227,7 @@ def is_symmetric(tool: Tool) -> bool:
 
 
 class PosedShape(Protocol):
-    """Solid with a pose in a tool, known (Component) or observed (ComponentFeatures)."""
+    """Solid with a pose in a tool, either known (Component) or measured (ComponentFeatures)."""
 
     @property
     def shape(self) -> Shape:
@@ -232,7 +243,7 @@ class PosedShape(Protocol):
 
 
 def find_free_end(parts: Sequence[PosedShape]) -> Array:
-    """Finds the point of a tool farthest from the hand along Tx, p_TTfree, (3,), [m]."""
+    """Finds the point of a tool that is farthest from the hand along Tx, p_TTfree, (3,), [m]."""
     points = [part.X_TE[:3, 3] + part.X_TE[:3, :3] @ part.shape.find_support(part.X_TE[0, :3]) for part in parts]
     return max(points, key=lambda point: float(point[0]))
 
@@ -240,7 +251,8 @@ def find_free_end(parts: Sequence[PosedShape]) -> Array:
 def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
     """Computes the bounding box of parts along the axes of T.
 
-    Returns least and largest coordinates, (3,) each, [m].
+    Returns:
+        Least and largest coordinates, (3,) each, [m].
     """
     corners = []
     for part in parts:
@@ -249,6 +261,6 @@ def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
     return np.min(corners, axis=0), np.max(corners, axis=0)
 
 
-# Default standard deviation of a weighing, relative to the mass: 100 g on a kitchen scale with steps of 1 g, and
-# things that a drawing omits, such as paint and glue.
+# Default standard deviation of a weighing, relative to the mass. It corresponds to 100 g on a kitchen scale with
+# steps of 1 g, and includes masses that a drawing omits, such as paint and glue.
 WEIGHING_SD = 0.01

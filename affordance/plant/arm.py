@@ -1,8 +1,8 @@
-"""Plant of an arm with a tool in its hand: handles, joint limits and postures.
+"""Arm with a tool in its hand: its Drake plant, joint limits and postures.
 
-Frames in all modules: W the world, H the hand (where it grips, with Hx pointing out of it), T the tool (coincides
-with H while held), E a component of the tool, B any body, Bcm its centre of mass. Any serial arm with any number of
-joints can be used if a directives file describes it (see models/arm.dmd.yaml).
+Frames in all modules are W (world), H (hand, where it grips; Hx points out of the hand), T (tool; coincides with H
+while the tool is held), E (component of the tool), B (any body) and Bcm (its centre of mass). Any serial arm can be
+used, with any number of joints, if a directives file describes it (see models/arm.dmd.yaml).
 """
 
 import re
@@ -22,26 +22,28 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import spatial_inertia_from_parameters
 
 ARM = MODELS / "arm.dmd.yaml"
-# Digest at the end of the name of a folder with a cached import (robots/kept.py).
+# Digest that ends the folder name of a cached import (robots/kept.py).
 _DIGEST = re.compile("-[0-9a-f]{12}$")
 
 
 def name_robot(source: Path, tip: str = "") -> str:
-    """Names a robot after its model folder, or after its file and tip. The digest of a cached import is left out.
+    """Returns a robot's name for display.
 
-    A cached import and its file have the same name. The paper's arm is "the paper's arm".
+    The name is taken from the model folder, or from the file and its tip. The digest of a cached import is omitted,
+    so the import has the same name as its file. The paper's arm is called "the paper's arm".
     """
     source = source.resolve()
     if source == ARM.resolve():
         return "the paper's arm"
     if source.name == ARM.name:
         return show_text(_DIGEST.sub("", source.parent.name))
-    name = f"{source.stem}-{tip}".replace("/", "_") if tip else source.stem  # as robots/kept.py names the folder
+    # robots/kept.py gives the folder the same name.
+    name = f"{source.stem}-{tip}".replace("/", "_") if tip else source.stem
     return show_text(name)
 
 
 class JointLimits(NamedTuple):
-    """Limits of the joints, each of shape (num_joints,). Unlimited joints have infinite limits."""
+    """Joint limits, each of shape (num_joints,). A missing limit is infinite."""
 
     q_lower: Array  # [rad]
     q_upper: Array  # [rad]
@@ -49,17 +51,17 @@ class JointLimits(NamedTuple):
     tau_max: Array  # on |tau|, [N m]
 
     def compute_loads(self, tau: Array) -> Array:
-        """Computes torques, (..., num_joints), [N m], as fractions of their limits. An overload is above 1."""
+        """Divides joint torques, (..., num_joints), [N m], by the effort limits. Above 1 is an overload."""
         loads: Array = np.abs(tau) / self.tau_max
         return loads
 
 
 class Overload(NamedTuple):
-    """Joint with a torque beyond its limit; both in [N m]."""
+    """Joint whose torque exceeds its effort limit."""
 
     joint: str
-    torque: float
-    bound: float
+    torque: float  # [N m]
+    bound: float  # effort limit, [N m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,7 @@ class Arm:
 
     @property
     def num_joints(self) -> int:
-        """Number of the arm's joints, each with one degree of freedom and one actuator."""
+        """Number of joints. Each has one degree of freedom and one actuator."""
         return len(self.home)
 
     @property
@@ -86,9 +88,11 @@ class Arm:
         return [self.plant.get_joint_actuator(index).joint().name() for index in self.plant.GetJointActuatorIndices()]
 
     def shrink_limits(self, margin: float, q_start: Array) -> JointLimits:
-        """Returns joint limits with angles narrowed by a margin, [rad].
+        """Narrows the position limits of all joints at both ends.
 
-        The limits still include q_start, (num_joints,).
+        Args:
+            margin: Reduction at each end, [rad].
+            q_start: Joint angles that always remain within the limits, (num_joints,), [rad].
         """
         return self.limits._replace(
             q_lower=np.minimum(q_start, self.limits.q_lower + margin),
@@ -96,19 +100,20 @@ class Arm:
         )
 
     def find_overloads(self, tau: Array) -> list[Overload]:
-        """Lists the joints with torques beyond their limits, from base to hand.
-
-        The torques tau are (num_joints,), [N m].
-        """
+        """Lists the joints with torques tau, (num_joints,), [N m], above their effort limits, from base to hand."""
         found = zip(self.joint_names, np.abs(tau).tolist(), self.limits.tau_max.tolist(), strict=True)
         return [
             Overload(*each) for each, load in zip(found, self.limits.compute_loads(tau), strict=True) if load > 1.0
         ]
 
     def find_posture(self, angles: Mapping[str, float]) -> Array:
-        """Returns the home posture with some angles replaced by name, (num_joints,), [rad].
+        """Returns the home posture, (num_joints,), [rad], with some joint angles replaced.
 
-        An unknown joint, or an angle beyond its limits, raises an AffordanceError.
+        Args:
+            angles: New angles by joint name, [rad].
+
+        Raises:
+            AffordanceError: A joint is unknown, or an angle exceeds its limits.
         """
         q, names = np.array(self.home), self.joint_names
         for name, angle in angles.items():
@@ -122,7 +127,7 @@ class Arm:
         return q
 
     def set_posture(self, plant_context: Context, q: Array) -> None:
-        """Sets the joint angles q, shape (num_joints,), [rad]. The nail and all rates stay unchanged."""
+        """Sets the joint angles q, shape (num_joints,), [rad]. The nail and all velocities are unchanged."""
         positions = self.plant.GetPositions(plant_context)
         positions[: self.num_joints] = q
         self.plant.SetPositions(plant_context, positions)
@@ -133,7 +138,7 @@ class Arm:
 
 
 def attach_body(plant: MultibodyPlant, hand: Frame, inertia: SpatialInertia, name: str = "tool") -> RigidBody:
-    """Welds a body with inertia M_TTo_T to the hand, in its own model instance."""
+    """Adds a body with spatial inertia M_TTo_T in a new model instance, and welds it to the hand."""
     body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
     plant.WeldFrames(hand, body.body_frame())
     return body

@@ -1,4 +1,4 @@
-"""Reads serial chains from Drake plants, and builds a plant of a chain."""
+"""Converts Drake plants to serial chains, and serial chains to plants."""
 
 import functools
 from collections.abc import Sequence
@@ -28,7 +28,11 @@ from affordance.plant.serial_chain import SerialChain
 
 @functools.lru_cache(maxsize=4)
 def build_chain(arm: Arm) -> SerialChain:
-    """Builds the chain from W to the tool. Branches and joints that are not revolute raise a ModelFileError."""
+    """Builds the serial chain from W to the tool.
+
+    Raises:
+        ModelFileError: The arm branches, or a joint is not revolute.
+    """
     plant = arm.plant
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.zeros(arm.num_joints))
@@ -36,12 +40,12 @@ def build_chain(arm: Arm) -> SerialChain:
     moving = sorted((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start)
     revolute = [joint for joint in moving if isinstance(joint, RevoluteJoint)]
     if others := [joint.name() for joint in moving if not isinstance(joint, RevoluteJoint)]:
-        raise ModelFileError(arm.source, f"has joint {others[0]}, which is not revolute, as all joints must be")
+        raise ModelFileError(arm.source, f"has joint {others[0]}, which is not revolute; all joints must be revolute")
     moved = [set(plant.GetBodiesKinematicallyAffectedBy([joint.index()])) for joint in revolute]
     groups = [own - beyond for own, beyond in zip(moved, [*moved[1:], {arm.tool.index()}], strict=True)]
     tip = arm.tool.body_frame()
     chain = read_chain(arm.source, plant, context, plant.world_frame(), revolute, tip, arm.tool.name(), groups)
-    # Detects branching joints, for which the chain computes a wrong position of a point of the tool.
+    # For joints that branch, the chain computes wrong positions of points of the tool.
     p_TQ = np.array([0.1, 0.2, 0.3])
     q = np.linspace(0.1, 1.0, arm.num_joints)
     plant.SetPositions(context, q)
@@ -52,10 +56,10 @@ def build_chain(arm: Arm) -> SerialChain:
 
 
 def build_unmounted_chain(arm: Arm) -> SerialChain:
-    """Builds the chain from the last fixed link to the hand. The chain is independent of the arm's mounting."""
+    """Builds the serial chain from the last fixed link to the hand, independent of the arm's mounting."""
     chain, plant = build_chain(arm), arm.plant
     joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    # By index, because bodies of the stand and the arm may have the same name.
+    # Bodies are identified by index, because the stand and the arm may use the same name.
     above = {joint.child_body().index(): joint.parent_body() for joint in joints}
     first = min((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start)
     root = first.parent_body()
@@ -68,9 +72,9 @@ def build_unmounted_chain(arm: Arm) -> SerialChain:
 
 
 def recognise_arm(arm: Arm) -> str:
-    """Computes the fingerprint of an arm, independent of its mounting.
+    """Computes the fingerprint of an arm without its mounting.
 
-    An arm on a stand and its robot's file have the same fingerprint.
+    An arm on a stand therefore has the same fingerprint as in the robot's own file.
     """
     return build_unmounted_chain(arm).fingerprint
 
@@ -85,9 +89,17 @@ def read_chain(
     tip_name: str,
     bodies: Sequence[set[BodyIndex]],
 ) -> SerialChain:
-    """Reads a chain of joints from a frame to a tip. In the context, all joints are at zero.
+    """Reads the serial chain from a frame to a tip.
 
-    ``bodies`` are the bodies that move with each joint.
+    Args:
+        source: File of the robot, for messages.
+        plant: Plant of the robot.
+        context: Context of the plant in which all joint angles are zero.
+        start: Frame at which the chain begins.
+        joints: Joints from base to tip.
+        tip: Frame at which the chain ends.
+        tip_name: Name of the tip.
+        bodies: Bodies that belong to each joint's link.
     """
     poses = []
     for joint in joints:
@@ -120,9 +132,12 @@ def read_chain(
 
 
 def build_arm(chain: SerialChain, link_parameters: Array | None = None) -> Arm:
-    """Builds an arm without limits from a chain. For single states it is ten times faster than the chain.
+    """Builds an arm without limits from a chain. For a single state, it is ten times faster than the chain.
 
-    ``link_parameters``, (n, 10), replace the chain's, and need not be physically consistent.
+    Args:
+        chain: Chain of joints and links.
+        link_parameters: Inertial parameters of the links, (n, 10), which may be physically inconsistent; None for the
+            chain's own.
     """
     plant = MultibodyPlant(0.0)
     instance = plant.AddModelInstance("robot")

@@ -1,6 +1,6 @@
-"""Contact of a blow: materials, the tool's surface, and the effective mass.
+"""Contact between a tool and a nail: material constants, striking surface and effective mass.
 
-The effective mass of arm and tool at the striking point S along the blow is 1 / (n^T J M^-1 J^T n).
+The effective mass of arm and tool, at the striking point S and along the blow n, is 1 / (n^T J M^-1 J^T n).
 """
 
 from typing import NamedTuple
@@ -16,26 +16,29 @@ from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.chain_plant import build_chain
 
-# Stiffness k_c of the contact between two such surfaces, [N/m]. Under 500 N they approach by half a millimetre, a
-# thirtieth of the nail's travel; the energy stored in the contact lowers the peak force by 1.2 %.
+# Stiffness k_c of the contact between two such surfaces, [N/m]. A force of 500 N compresses it by half a millimetre,
+# a thirtieth of the nail's travel. The energy stored in the contact lowers the peak force by 1.2 %.
 CONTACT_STIFFNESS = 1e6
-# Stiffness of each surface, [N/m]. Drake combines the two in series, k_c = k_1 k_2 / (k_1 + k_2). A surface without a
-# stiffness would get Drake's default, which halves the contact's.
+# Stiffness of each surface, [N/m]. Drake combines the two in series, k_c = k_1 k_2 / (k_1 + k_2). Both surfaces need
+# a value, because Drake's default would halve k_c.
 _SURFACE_STIFFNESS = 2.0 * CONTACT_STIFFNESS
-# Dissipation in the Hunt-Crossley model, [s/m]: wood absorbs most of the energy of a contact. Drake uses the mean for
-# two equally stiff surfaces.
+# Dissipation in the Hunt-Crossley model, [s/m]. Wood absorbs most of the energy of a contact. For two equally stiff
+# surfaces, Drake uses the mean of their values.
 DISSIPATION = 1.0
-# Dry skin or wood on metal (Drake's default is frictionless).
+# Friction of dry skin or wood on metal. Drake's default is no friction.
 _FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
 # Radius of curvature above which a surface is modelled as flat, [m].
 _FLAT = 1.0
-# Disc that models a flat surface, [m]: its radius exceeds the distance by which a tip creeps on a nail, its thickness
-# the depth to which a nail could penetrate.
+# Size of the disc that models a flat surface, [m]. Its radius exceeds the distance by which a tip slides on a nail,
+# and its thickness exceeds the depth to which a nail could penetrate it.
 _DISC_RADIUS, _DISC_THICKNESS = 0.03, 0.02
 
 
 def register_surface(plant: MultibodyPlant, body: RigidBody, X_BG: RigidTransform, shape: Shape, name: str) -> None:
-    """Registers a collision geometry G of this material on body B. The plant is not yet finalized."""
+    """Registers a collision geometry G on body B of a plant that is not yet finalized.
+
+    All surfaces have the same material.
+    """
     material = ProximityProperties()
     AddContactMaterial(
         dissipation=DISSIPATION, point_stiffness=_SURFACE_STIFFNESS, friction=_FRICTION, properties=material
@@ -44,13 +47,11 @@ def register_surface(plant: MultibodyPlant, body: RigidBody, X_BG: RigidTransfor
 
 
 class ContactFace(NamedTuple):
-    """Surface of a tool near the striking point S, as a sphere or disc.
+    """Surface of a tool near the striking point S, modelled as a sphere of equal curvature, or as a disc if flat.
 
-    The sphere has the same curvature; the disc is for a flat face.
-
-    Drake computes the contact of a sphere, such as a nail's head, with another sphere or a disc exactly. Contact with
-    an ellipsoid or a mesh is computed iteratively, and its normal is the line between the two centres, so a tool that
-    does not strike exactly below its centre would be pushed aside (docs/decisions/0013-nail.md).
+    Drake computes the contact of a sphere, such as a nail's head, with another sphere or a disc exactly. For an
+    ellipsoid or a mesh, it iterates and uses the line between the two centres as the normal. A tool that does not
+    strike exactly below its centre would then be pushed aside (docs/decisions/0013-nail.md).
     """
 
     p_TS: Array  # position of S in the tool, shape (3,), [m]
@@ -58,7 +59,7 @@ class ContactFace(NamedTuple):
     radius: float  # radius of curvature; infinite for a flat surface, [m]
 
     def add_to(self, plant: MultibodyPlant, body: RigidBody, name: str) -> None:
-        """Adds the collision geometry to the tool's body, before the plant is finalized."""
+        """Adds the collision geometry to the tool's body. The plant is not yet finalized."""
         is_flat = self.radius > _FLAT
         depth = 0.5 * _DISC_THICKNESS if is_flat else self.radius
         shape: Shape = Cylinder(_DISC_RADIUS, _DISC_THICKNESS) if is_flat else Sphere(self.radius)
@@ -69,17 +70,20 @@ class ContactFace(NamedTuple):
 
 
 class EffectiveMass:
-    """Effective mass along the blow in one posture, as a function of inertial parameters.
+    """Effective mass along the blow, in one posture, as a function of the payload's inertial parameters.
 
-    The mass matrix is linear in these parameters. The payload's columns are payload regressors at unit acceleration
-    of one joint, minus the regressor at rest.
+    The mass matrix is linear in these parameters. Each joint's column of the payload's part is the payload regressor
+    at unit acceleration of this joint, minus the regressor at rest.
     """
 
     def __init__(self, model: ArmModel, p_TS: Array, direction_W: Array, q: Array) -> None:
-        """Computes the mass matrices of arm and payload. The model's state and payload are changed.
+        """Computes the mass matrix of the arm, and its change per inertial parameter of the payload.
 
-        The tool strikes with its point S, p_TS (3,), [m], along a unit vector, (3,), at joint angles q,
-        (num_joints,), [rad].
+        Args:
+            model: Arm model. Its state and payload are changed.
+            p_TS: Striking point S of the tool, (3,), [m].
+            direction_W: Direction of the blow, a unit vector, (3,).
+            q: Joint angles, (num_joints,), [rad].
         """
         n = len(q)
         model.set_payload(np.zeros(NUM_PARAMETERS))
@@ -92,7 +96,7 @@ class EffectiveMass:
         self._M_payload = (Y[1:] - Y[0]).reshape(n * n, NUM_PARAMETERS)
 
     def compute(self, pi: Array) -> Array:
-        """Computes effective masses, (S,), [kg], from parameters pi about To in T, (S, 10)."""
+        """Computes effective masses, (S,), [kg], for inertial parameters pi about To in T, (S, 10)."""
         M = self._M_arm + (pi @ self._M_payload.T).reshape(len(pi), *self._M_arm.shape)
         mass: Array = 1.0 / (np.linalg.solve(M, np.tile(self._along, (len(pi), 1))[..., None])[..., 0] @ self._along)
         return mass

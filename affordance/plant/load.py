@@ -28,10 +28,16 @@ def add_arm(
     tool: Tool | None = None,
     nail: NailPlacement | None = None,
 ) -> Arm:
-    """Adds an arm as ``plant`` to a builder. With shapes, it also adds the ``scene_graph``.
+    """Adds an arm to a builder as ``plant``, with a ``scene_graph`` if there is a tool or a nail.
 
-    A tool has shapes and the default inertia. Without a tool, the payload has no shape and initially no mass. An
-    unsuitable arm raises a ModelFileError.
+    Args:
+        builder: Builder of the Diagram.
+        directives: Directives file of the arm.
+        tool: Tool in the hand, with shapes and its default inertia; None for a payload without shape or mass.
+        nail: Nail to be struck, if any.
+
+    Raises:
+        ModelFileError: The arm cannot be used.
     """
     if tool is None and nail is None:
         plant = MultibodyPlant(0.0)
@@ -42,9 +48,12 @@ def add_arm(
 
 
 def load_arm(directives: Path = ARM) -> Arm:
-    """Loads an arm without geometry, for internal models. An unsuitable arm raises a ModelFileError.
+    """Loads an arm without geometry, for internal models.
 
-    The same instance is returned as long as the arm's files do not change, so users must create their own Contexts.
+    The arm is cached as long as its files do not change, so each user must create its own Context.
+
+    Raises:
+        ModelFileError: The arm cannot be used.
     """
     stamps = [(file, file.stat()) for file in list_arm_files(directives)]
     return _load_arm(directives, tuple((file, stamp.st_mtime_ns, stamp.st_size) for file, stamp in stamps))
@@ -52,21 +61,22 @@ def load_arm(directives: Path = ARM) -> Arm:
 
 @lru_cache(maxsize=16)
 def _load_arm(directives: Path, _: tuple[tuple[Path, int, int], ...]) -> Arm:
-    """Loads an arm. The cache key includes the times and sizes of its files."""
+    """Loads an arm. The second argument makes the cache depend on the times and sizes of the files."""
     return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None)
 
 
 def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
-    """Adds the arm of a directives file to a plant. Returns its hand frame H.
+    """Adds the arm of a directives file to a plant, and returns its hand frame H.
 
-    A file that cannot be loaded, or has no hand frame, raises a ModelFileError.
+    Raises:
+        ModelFileError: The file cannot be loaded, or has no hand frame.
     """
     parser = Parser(plant)
-    parser.SetStrictParsing()  # otherwise a mass of nan would silently become 1 kg
+    parser.SetStrictParsing()  # otherwise Drake silently replaces a mass of nan with 1 kg
     package = directives.parent / "package.xml"
     try:
         if directives.suffix in (".yaml", ".yml"):
-            check_yaml(directives)  # Drake's reader has no limits
+            check_yaml(directives)  # limits the file's size, because Drake's reader does not
         if package.exists():
             parser.package_map().AddPackageXml(str(package.resolve()))
         parser.AddModels(str(directives))
@@ -78,7 +88,7 @@ def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
 
 
 def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str = "tool") -> RigidBody:
-    """Welds the tool to the hand. The tool has its inertia and, if the plant has geometry, its shapes."""
+    """Welds a tool to the hand, with its inertia and, if the plant has geometry, its shapes."""
     inertia = SpatialInertia.Zero() if tool is None else spatial_inertia_from_parameters(tool.parameters)
     body = attach_body(plant, hand, inertia, name)
     if tool is not None and plant.geometry_source_is_registered():
@@ -130,7 +140,11 @@ def _finish_plant(
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:
-    """Checks that all joints are revolute and have one actuator each. Otherwise a ModelFileError is raised."""
+    """Checks that all joints are revolute and have one actuator each.
+
+    Raises:
+        ModelFileError: The arm does not meet these conditions.
+    """
     moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
     # The nail's joint comes last.
     joints = [joint for joint in moving if joint.num_velocities() and joint.velocity_start() < num_joints]

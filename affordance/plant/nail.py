@@ -1,7 +1,7 @@
-"""Nail of Simulation IV, with its body in a plant and the wood's resistance.
+"""Nail of Simulation IV: its body in the plant, and the resistance of the wood.
 
-The nail slides along its axis in a fixed block. Its resistance is a separate system because Drake's joints have
-damping but no dry friction. Frames: W the world, N at the top of the head with Nz along the driving direction.
+The nail slides along its axis in a fixed block. Its resistance is a separate system, because Drake's joints have
+damping but no dry friction. Frames: W the world, N at the top of the head, with Nz along the driving direction.
 """
 
 import math
@@ -25,25 +25,25 @@ from affordance.plant.contact import CONTACT_STIFFNESS, ContactFace, register_su
 # Withdrawal load of a nail from the side grain of wood, per depth and diameter: 54.12 G^(5/2) N/mm^2 with G the
 # wood's specific gravity (Wood Handbook FPL-GTR-190, chapter 8). The same skin friction resists the nail's entry.
 _WITHDRAWAL = 54.12e6
-# Slip speed above which friction has its full value, [m/s]; below it, friction is smoothed. In the 5 ms of a blow the
-# tool creeps by 50 um on the nail. With Drake's default of 1e-3, the integrator's Newton iteration fails at the
-# transition from slip to stick, and a blow takes up to three times as long (6000 steps instead of 500 were observed);
-# the peak force differs by only 0.3 %.
+# Slip speed above which friction has its full value, [m/s]; below it, friction is smoothed. During the 5 ms of a blow
+# the tool therefore slides on the nail by up to 50 um. With Drake's default of 1e-3, the integrator's Newton
+# iteration fails at the transition from slip to stick: a blow takes up to three times as long to simulate (6000 steps
+# instead of 500 were observed), and the peak force differs by only 0.3 %.
 STICTION_TOLERANCE = 1e-2
 # Contact force above which a nail counts as touched, [N].
 _TOUCH = 1.0
 # Fraction of its travel after which a nail counts as at rest.
 _ALMOST = 0.999
-# Rate of the nail below which it counts as at rest, [m/s]. Dry friction is a step there, which integrators for smooth
-# systems cannot handle. A tanh of this width replaces the step, so a nail at rest creeps under its own weight by
-# 0.3 um per second.
+# Speed below which the nail counts as at rest, [m/s]. Dry friction jumps at zero speed, which integrators for smooth
+# systems cannot handle, so a tanh of this width replaces the jump. As a result, a nail at rest slides under its own
+# weight by 0.3 um per second.
 _REST = 1e-3
 _BLOCK = 0.1  # edge of the block that is drawn, [m]
 
 
 @dataclass(frozen=True)
 class Nail:
-    """Nail in wood, and the depth required of one blow."""
+    """Nail in wood, with its depth before the blow and the required depth after it."""
 
     diameter: float  # diameter of the shank, [m]
     length: float  # length of the shank, [m]
@@ -63,7 +63,7 @@ class Nail:
 
     @property
     def stiffness(self) -> float:
-        """Slope of the resistance over depth, k_n, [N/m]."""
+        """Increase of the resistance per depth, k_n, [N/m]."""
         return float(_WITHDRAWAL * self.wood_specific_gravity**2.5 * self.diameter)
 
     @property
@@ -72,21 +72,25 @@ class Nail:
         return float(self.stiffness * self.depth_demanded)
 
     def compute_resistance(self, depth: float) -> float:
-        """Computes the resistance of the moving nail at a depth, [N].
+        """Computes the wood's resistance to a moving nail, [N].
 
-        The depth is in [m]; the resistance is zero once the nail is pulled out.
+        Args:
+            depth: Depth of the nail, [m]; at zero or less the nail is out, and the resistance is zero.
         """
         if self.yield_force is not None:
             return self.yield_force if depth > 0.0 else 0.0
         return self.stiffness * max(0.0, depth)
 
     def compute_tip_speed(self, force: Array, effective_mass: Array) -> Array:
-        """Computes the tip speed at the strike for a given peak of skin friction, [m/s].
+        """Computes the tip speed at impact that produces a given peak friction force, [m/s].
 
         The kinetic energy at the tip equals the work of friction between the two depths plus the energy stored in the
-        contact: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The nail's few grams are neglected. A peak force, [N],
-        below the resistance at the initial depth needs no speed. Effective masses along the nail, [kg], broadcast
-        against forces.
+        contact: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The nail's few grams are neglected. The speed is zero for
+        a force below the resistance at the initial depth.
+
+        Args:
+            force: Peak friction forces, [N].
+            effective_mass: Effective masses along the nail, [kg]; broadcast against the forces.
         """
         lost = np.maximum(0.0, np.square(force) - (self.stiffness * self.depth_set) ** 2) / self.stiffness
         stored = np.where(lost > 0.0, np.square(force) / CONTACT_STIFFNESS, 0.0)
@@ -95,7 +99,7 @@ class Nail:
 
 
 class NailRecord(NamedTuple):
-    """Recorded motion and forces of a nail at N steps of the integrator."""
+    """Motion and forces of a nail, recorded at N steps of the integrator."""
 
     times: Array  # (N,), [s]
     travel: Array  # distance driven since the nail was set, (N,), [m]
@@ -105,17 +109,17 @@ class NailRecord(NamedTuple):
 
     @property
     def time_of_touch(self) -> float:
-        """Time at which the tool first touched the nail, [s]. Without a touch, it is the first time."""
+        """Time of the tool's first contact with the nail, [s]; the first recorded time if there is no contact."""
         return float(self.times[np.argmax(self.contact > _TOUCH)])
 
     @property
     def time_of_rest(self) -> float:
-        """Time at which the nail had almost finished its travel, [s]."""
+        """Time at which the nail has almost reached its final depth, [s]."""
         return float(self.times[np.argmax(self.travel >= _ALMOST * self.travel[-1])])
 
 
 class NailPlacement(NamedTuple):
-    """Nail with its position and direction."""
+    """Nail with its position and driving direction."""
 
     nail: Nail
     p_WNo: Array  # position of the highest point of the head, shape (3,), [m]
@@ -124,13 +128,13 @@ class NailPlacement(NamedTuple):
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Hashable key of all the placement's values."""
+        """Hashable key that contains all values of the placement."""
         face = () if self.face is None else (self.face.p_TS.tobytes(), self.face.normal_T.tobytes(), self.face.radius)
         return (self.nail, self.p_WNo.tobytes(), self.direction_W.tobytes(), *face)
 
 
 class NailEntry(DataModel):
-    """Entry of a nail in a file."""
+    """Nail in a file."""
 
     diameter: Annotated[float, Within(5e-4, 0.02), Field(description="Diameter of the shank, [m].")]
     length: Annotated[float, Within(5e-3, 0.3), Field(description="Length of the nail, [m].")]
@@ -139,12 +143,12 @@ class NailEntry(DataModel):
     wood_specific_gravity: Annotated[float, Within(0.1, 1.3), Field(description="Specific gravity of the wood.")]
     depth_set: Annotated[float, Within(1e-4, 0.3), Field(description="Depth of the nail before the blow, [m].")]
     depth_demanded: Annotated[
-        float, Within(1e-4, 0.3), Field(description="Demanded depth of the nail after the blow, [m].")
+        float, Within(1e-4, 0.3), Field(description="Required depth of the nail after the blow, [m].")
     ]
 
     @model_validator(mode="after")
     def check_depths(self) -> Self:
-        """Rejects a nail that is deeper than it is long, or that would be pulled out."""
+        """Rejects a depth greater than the nail's length, and a required depth less than the initial depth."""
         Within(1e-4, self.length).check(self.depth_set, "depth_set")
         Within(self.depth_set, self.length).check(self.depth_demanded, "depth_demanded")
         return self
@@ -155,9 +159,9 @@ class NailEntry(DataModel):
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
-    """Adds a nail to a plant that is not yet finalized. The position of its joint is the driven distance.
+    """Adds a nail to a plant that is not yet finalized. Body, joint and model instance have the same name.
 
-    Body, joint and model instance get the same name.
+    The position of the joint is the nail's travel, which is zero at the initial depth.
     """
     nail = placement.nail
     # Frame N: at the top of the head, Nz along the driving direction.
@@ -182,34 +186,31 @@ def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail"
 
 
 class NailResistance(SampledSystem):
-    """Dry friction of the wood, which opposes motion without rebound. Friction depends on the nail's depth.
+    """Dry friction of the wood on the nail, which depends on the nail's depth and causes no rebound.
 
     Input ports:
-        state: Distance by which the nail has been driven, and its rate, (2,), [m, m/s].
+        state: Travel of the nail, and its rate, (2,), [m, m/s].
 
     Output ports:
-        force: Force on the nail along the driving direction, and zeros for the plant's other velocities,
-            (num_velocities,), [N, N m].
-        resistance: Resistance against being driven in, (1,), [N].
+        force: Generalized forces, (num_velocities,), [N, N m]; zero except for the nail's joint.
+        resistance: Resistance to being driven in, (1,), [N].
     """
 
     def __init__(self, nail: Nail, *, num_velocities: int, index: int) -> None:
         super().__init__()
         self._nail = nail
-        self._size = num_velocities
         self._index = index
-        self._state = self.declare_vector_input("state", 2)
-        self.DeclareVectorOutputPort("force", num_velocities, self._calc_force)
+        self.declare_vector_input("state", 2)
+        self.DeclareVectorOutputPort("force", BasicVector(np.zeros(num_velocities)), self._calc_force)
         self.DeclareVectorOutputPort("resistance", 1, self._calc_resistance)
 
     def _compute_resistance(self, context: Context) -> float:
-        travel, rate = self._state.Eval(context)
+        state = self.EvalVectorInput(context, 0)  # without an array, at a third of the time
+        travel, rate = state[0], state[1]
         return self._nail.compute_resistance(self._nail.depth_set + travel) * math.tanh(rate / _REST)
 
     def _calc_force(self, context: Context, output: BasicVector) -> None:
-        force = np.zeros(self._size)
-        force[self._index] = -self._compute_resistance(context)
-        output.SetFromVector(force)
+        output.SetAtIndex(self._index, -self._compute_resistance(context))  # the others stay zero
 
     def _calc_resistance(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.array([self._compute_resistance(context)]))
+        output.SetAtIndex(0, self._compute_resistance(context))

@@ -1,8 +1,8 @@
-"""Mobility of a tool point: distance of an arm from singular postures.
+"""Mobility of a tool point, which shows how far an arm is from a singular posture.
 
-Mobility is the least singular value of the point's translational Jacobian Jv_v_WQ: the least motion of the point per
-radian of joint motion, over all directions. An outstretched arm has zero mobility. Close to such a posture, the
-required joint motion depends on the point's position without bound, and results computed from it cannot be trusted.
+Mobility is the smallest singular value of the point's translational Jacobian Jv_v_WQ: the motion of the point per
+radian of joint motion, in the worst direction. An outstretched arm has zero mobility. Near such a posture, a small
+displacement of the point can require an arbitrarily large joint motion, so results cannot be trusted.
 """
 
 import numpy as np
@@ -10,28 +10,32 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.plant.arm_model import ArmModel
 
-# Least admissible mobility, [m/rad]. Damped least squares with 0.01 m (control.path_following) then misses 4 % of the
-# demanded velocity in that direction: 0.01^2 / (0.05^2 + 0.01^2).
+# Least admissible mobility, [m/rad]. Damped least squares with 0.01 m (control.path_following) then loses 4 % of the
+# required velocity in that direction: 0.01^2 / (0.05^2 + 0.01^2).
 MIN_MOBILITY = 0.05
-# Angle by which each joint is bent to find the one that raises mobility most, [rad].
+# Angle by which each joint is bent to find which joint raises mobility most, [rad].
 _BEND = 0.1
 
 
 def compute_mobility(model: ArmModel, q: Array, p_TQ: Array) -> float:
-    """Computes the mobility of a point Q of the tool, [m/rad]. The model is set to posture q.
+    """Computes the mobility of a point Q fixed to the tool, [m/rad].
 
-    The angles q are (num_joints,), [rad]; the point's position p_TQ in the tool is (3,), [m].
+    Args:
+        model: Arm model. It remains in posture q.
+        q: Joint angles, (num_joints,), [rad].
+        p_TQ: Position of Q in the tool, (3,), [m].
     """
     model.set_posture(q)
     return float(np.linalg.svd(model.compute_point_jacobian(p_TQ), compute_uv=False)[-1])
 
 
 def describe_rank_loss(model: ArmModel, q: Array, p_TQ: Array) -> str:
-    """Describes why a posture is too close to a singularity, and which joint to bend.
+    """Explains why a posture is too close to a singularity, and which joint to bend.
 
-    The text is empty for other postures.
+    Arguments are the same as for ``compute_mobility``.
 
-    Arguments are as in ``compute_mobility``.
+    Returns:
+        The explanation; empty if the posture is acceptable.
     """
     mobility = compute_mobility(model, q, p_TQ)
     if mobility >= MIN_MOBILITY:

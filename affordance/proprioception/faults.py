@@ -1,7 +1,7 @@
-"""Faults of sensors and of the arm's model, all off by default.
+"""Faults of torque sensors and of the arm model, all off by default.
 
-Sensor faults distort measured torques after noise is added; the controller always sees the true state. A sample that
-does not arrive is NaN at every joint. A mass fault changes the simulated arm and leaves its models unchanged.
+Sensor faults distort measured torques after noise has been added. The controller always receives the true state. A
+missing sample is NaN at all joints. A mass fault changes the simulated arm but not its models.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from affordance.files.constraints import CheckedFields, Name, Setting, Whole, Wi
 from affordance.files.data_model import DataModel, load_model
 from affordance.plant.arm import Arm
 
-# Bounds of values in a file. Values beyond them would describe another arm or have wrong units.
+# Bounds of values in a file. Values outside them belong to a different arm or have wrong units.
 _TORQUE_MAX = 1e4  # [N m]
 _TORQUE = Within(-_TORQUE_MAX, _TORQUE_MAX)
 _PROBABILITY = Within(0.0, 1.0)
@@ -32,18 +32,18 @@ _NONE = "no fault, unless one is switched on (docs/decisions/0016-faults-and-sur
 
 @dataclass(frozen=True)
 class Faults(CheckedFields):
-    """Faults of sensors and arm, several of which may be active at once.
+    """Faults of sensors and arm. Several can be active at the same time.
 
     Attributes:
         nan_probability: Probability that one random joint of a sample reads NaN.
-        drop_probability: Probability that a sample does not arrive.
+        drop_probability: Probability that a sample is missing.
         spike_probability: Probability that one random joint of a sample reads a spike.
         spike_height: Largest spike, [N m]; spikes are uniform between plus and minus this value.
         stuck_joint: Name of a joint whose sensor reads a constant torque; empty for none.
         stuck_torque: Torque that the stuck sensor reads, [N m].
         bias_sd: Bias of every joint, in standard deviations of its noise.
         delay_samples: Number of samples by which torques are delayed; angles and velocities are not.
-        arm_mass_factor: Ratio of mass and inertia of the simulated arm to those of its models.
+        arm_mass_factor: Factor of mass and inertia of the simulated arm, relative to its models.
     """
 
     nan_probability: Annotated[float, _PROBABILITY, Setting("1", _NONE)] = 0.0
@@ -59,12 +59,10 @@ class Faults(CheckedFields):
     def distort(self, felt: Array, sd: Array, stuck: int | None, seed: tuple[int, ...]) -> Array:
         """Computes the torques that faulty sensors report, shape (num_joints,), [N m].
 
-        A sample that is NaN at every joint did not arrive, and is returned unchanged.
-
         Args:
-            felt: Torques without faults, shape (num_joints,), [N m].
+            felt: Torques without faults, shape (num_joints,), [N m]. A missing sample is returned unchanged.
             sd: Standard deviations of their noise, shape (num_joints,), [N m].
-            stuck: Index of ``stuck_joint``; None without one.
+            stuck: Index of ``stuck_joint``; None if no sensor is stuck.
             seed: Seed of the random faults.
         """
         if np.isnan(felt).all():
@@ -82,7 +80,7 @@ class Faults(CheckedFields):
         return reported
 
     def find_stuck(self, joint_names: Sequence[str]) -> int | None:
-        """Finds the index of the joint with a stuck sensor, or None.
+        """Returns the index of the joint with a stuck sensor, or None.
 
         Raises:
             BadValueError: The joint is unknown.
@@ -94,7 +92,7 @@ class Faults(CheckedFields):
         return list(joint_names).index(self.stuck_joint)
 
     def change_arm(self, arm: Arm, plant_context: Context) -> None:
-        """Multiplies mass and inertia of the simulated arm's bodies, without the tool, by ``arm_mass_factor``."""
+        """Multiplies mass and inertia of the simulated arm, without the tool, by ``arm_mass_factor``."""
         if self.arm_mass_factor == 1.0:
             return
         instance = arm.hand.body().model_instance()
@@ -109,7 +107,7 @@ NO_FAULTS = Faults()
 
 
 class _FaultsEntry(DataModel):
-    """Entry of a file of faults. Omitted fields mean no fault."""
+    """Named fault in a file. Omitted fields have no fault."""
 
     nan_probability: Annotated[float, _PROBABILITY] = 0.0
     drop_probability: Annotated[float, _PROBABILITY] = 0.0
@@ -123,14 +121,14 @@ class _FaultsEntry(DataModel):
 
 
 class FaultsFile(RootModel[Annotated[dict[str, _FaultsEntry], Field(min_length=1)]]):
-    """File of named faults."""
+    """Contents of a file of named faults."""
 
 
 def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) -> Faults:
-    """Reads named faults from a file and combines them. Without a name the result is NO_FAULTS.
+    """Loads named faults from a file and combines them. Without names, the result is NO_FAULTS.
 
     Raises:
-        BadValueError: The file or a value is wrong, a name is not in the file, or two faults set the same field.
+        BadValueError: The file or a value is invalid, a name is unknown, or two faults set the same field.
     """
     known = {}
     for name, entry in load_model(path, FaultsFile).root.items():

@@ -1,7 +1,7 @@
 """Plausibility check of torque samples.
 
-A sample is rejected if it did not arrive, is not finite, or cannot be explained at some joint by any possible
-densities. The belief is not used: a surprising object is not a broken sensor.
+A sample is rejected if it is missing, if it is not finite, or if no physically possible densities can explain the
+torque at some joint. The check does not depend on the belief, because a surprising object is not a sensor fault.
 """
 
 import enum
@@ -12,12 +12,12 @@ from affordance.arrays import Array
 from affordance.objects.inertia import DENSITY_MAX, Geometry
 from affordance.proprioception.torque_noise import NoiseModel
 
-# A presentation that is less probable than this, given the belief before it, is a one-sided 5-sigma outlier, the
-# threshold for a discovery in physics.
+# A presentation with a smaller p-value under the prior is an outlier: one-sided 5 sigma, as for discoveries in
+# physics.
 OUTLIER_P_VALUE = 2.87e-7
 
-# Number of noise standard deviations by which a rejected torque exceeds the possible range; without a fault this
-# happens once in 10^9.
+# A torque is rejected if it exceeds the possible range by this many standard deviations of the noise. Without a
+# fault, this happens once in 10^9 samples.
 _MARGIN = 6.0
 
 
@@ -31,7 +31,7 @@ class SampleStatus(enum.Enum):
 
 
 def check_reading(tau: Array) -> SampleStatus:
-    """Checks measured torques, (num_joints,), without a model. Returns ACCEPTED if all are finite."""
+    """Checks that measured torques, (num_joints,), are finite. No model is needed."""
     finite = np.isfinite(tau)
     if finite.all():
         return SampleStatus.ACCEPTED
@@ -39,9 +39,17 @@ def check_reading(tau: Array) -> SampleStatus:
 
 
 def check_torque(tau: Array, tau_arm: Array, Y: Array, geometry: Geometry, noise: NoiseModel) -> SampleStatus:
-    """Checks if an object of this geometry could cause measured torques. Returns ACCEPTED or IMPOSSIBLE.
+    """Checks if an object of this geometry could cause the measured torques.
 
-    Measured torques and the arm's own torques are (num_joints,), [N m]; the payload regressor Y is (num_joints, 10).
+    Args:
+        tau: Measured torques, (num_joints,), [N m].
+        tau_arm: Torques of the arm alone, (num_joints,), [N m].
+        Y: Payload regressor, (num_joints, 10).
+        geometry: Inertia map of the object.
+        noise: Model of torque errors.
+
+    Returns:
+        ACCEPTED or IMPOSSIBLE.
     """
     heaviest = np.full(geometry.Phi.shape[1], DENSITY_MAX)
     loads = Y @ geometry.Phi * heaviest  # (num_joints, M)

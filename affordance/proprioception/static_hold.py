@@ -1,7 +1,6 @@
-"""Simulates measured torques of a still object, for studies with thousands of holds.
+"""Simulates the torques of an object held still, for studies with thousands of holds.
 
-The arm rests in one posture, so the measured mean torque is tau = tau_arm + Y pi with constant tau_arm and Y (paper,
-eq. 2 at rest).
+The arm rests in one posture, so the mean torque is tau = tau_arm + Y pi with constant tau_arm and Y (paper, eq. 2).
 """
 
 import numpy as np
@@ -18,14 +17,17 @@ class StaticHold:
     """Arm at rest in a posture."""
 
     def __init__(self, arm: Arm, q: Array | None = None) -> None:
-        """Computes regressor and torque in a posture q, (num_joints,), [rad]. None is the arm's home."""
+        """Computes the regressor and the torque of the arm alone in a posture q, (num_joints,), [rad].
+
+        The default is the home posture.
+        """
         model = ArmModel(arm)
         at_rest = np.zeros(arm.num_joints)
         posture = arm.home if q is None else q
         x = np.concatenate([posture, at_rest])
         self.Y = compute_payload_regressor(model, x, at_rest)  # (num_joints, 10)
         self.tau_arm = model.compute_inverse_dynamics(at_rest)  # torque of the arm alone, (num_joints,), [N m]
-        # Changes of both for a unit acceleration of each joint.
+        # Changes of Y and tau_arm for a unit acceleration of each joint.
         units = np.eye(len(posture))
         self._Y_per_vdot = np.array([compute_payload_regressor(model, x, unit) - self.Y for unit in units])
         self._tau_arm_per_vdot = np.array([model.compute_inverse_dynamics(unit) - self.tau_arm for unit in units])
@@ -42,17 +44,14 @@ class StaticHold:
     ) -> TorqueStatistics:
         """Draws the measured torques of an object with the given densities.
 
-        The seed determines all errors, including the error of the joint acceleration.
-
         Args:
-            belief: Belief whose geometry the object has.
+            belief: Belief with the geometry of the object.
             rho: True densities, (M,), [kg/m^3], in the order of the belief.
-            noise: Model of the torque errors.
-            seed: Seed of the errors.
-            num_samples: Number of samples, each with errors of its own; None for one sample that has only the errors
-                that last the trial.
-            acceleration_sd: Standard deviation of the error of the measured joint acceleration, which lasts the
-                trial, [rad/s^2].
+            noise: Model of torque errors.
+            seed: Seed of all errors.
+            num_samples: Number of samples with their own errors; None for one sample with only the trial's errors.
+            acceleration_sd: Standard deviation of the acceleration error, which is constant during the trial,
+                [rad/s^2].
         """
         tau = self.tau_arm + self.Y @ belief.compute_parameters(rho)
         gain, offset = noise.draw_trial_errors(seed, len(tau))

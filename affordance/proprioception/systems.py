@@ -1,4 +1,4 @@
-"""Proprioceptive systems of the paper's figure 2: sensing, and the recursive Bayesian estimator."""
+"""Proprioceptive systems of the paper's figure 2: joint sensing and the recursive Bayesian estimator."""
 
 from typing import Any, NamedTuple
 
@@ -18,7 +18,7 @@ from affordance.runs.random_streams import Stream
 
 
 class SampleCounts(NamedTuple):
-    """Numbers of accepted and rejected samples in a trial, by reason."""
+    """Numbers of accepted and rejected samples in a trial, by reason for rejection."""
 
     missing: int
     not_finite: int
@@ -32,12 +32,12 @@ class SampleCounts(NamedTuple):
 
 
 class DensityEstimator(SampledSystem):
-    """Recursive Bayesian estimator of an object's densities.
+    """Recursive Bayesian estimator of an object's densities from joint torques.
 
-    The discrete state consists of the sufficient statistic of the presentation so far (mean features of the samples
-    and their number) and of counts of accepted and rejected samples. The posterior is an output, computed from
-    statistic and prior on demand. At the end of a presentation, which is a forced event, the memory stores the
-    posterior. The statistic is then reset, so that no sample counts twice.
+    The discrete state holds the sufficient statistics of the presentation so far (the mean features and the number of
+    samples), and the counts of accepted and rejected samples. The posterior is computed from statistics and prior
+    when the output is evaluated. A forced event ends the presentation: the memory stores the posterior, and the
+    statistics are reset so that no sample counts twice.
 
     Input ports:
         prior: Belief before the first sample, ObjectBelief.
@@ -51,7 +51,14 @@ class DensityEstimator(SampledSystem):
     """
 
     def __init__(self, arm: Arm, *, noise: NoiseModel, deviation: float, sample_period: float) -> None:
-        """Declares states, ports and events. The deviation is a fraction of a material's mean, the period in [s]."""
+        """Declares states, ports and events.
+
+        Args:
+            arm: Arm that holds the object.
+            noise: Model of torque errors.
+            deviation: SD of an object's density about its material's mean, as a fraction of the mean.
+            sample_period: Time between two samples, [s].
+        """
         super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints
@@ -118,10 +125,9 @@ class DensityEstimator(SampledSystem):
 class Proprioception(SampledSystem):
     """Joint sensor with noise on torques and accelerations. Angles and velocities are exact.
 
-    By default (WeberNoise) an error of torque lasts a whole hold, so further samples do not average it out.
-
-    The errors that last a trial, and the seed of the other errors, are parameters of the Context. Delayed torques are
-    the discrete state until they are delivered. A torque that did not arrive is NaN.
+    With the default noise model, WeberNoise, the torque error is constant during a hold, so further samples do not
+    average it out. The errors of a trial, and the seed of all other errors, are parameters of the Context. Delayed
+    torques are stored in the discrete state until they are reported. A missing torque is NaN.
 
     Input ports:
         state: True joint angles and velocities, (2 num_joints,), [rad, rad/s].
@@ -145,7 +151,7 @@ class Proprioception(SampledSystem):
     ) -> None:
         super().__init__()
         self._acceleration_sd = acceleration_sd
-        self._faults = faults
+        self._faults, self._is_faulty = faults, faults != NO_FAULTS
         self._stuck = stuck
         self._num_joints = num_joints
         self._noise = noise
@@ -175,8 +181,8 @@ class Proprioception(SampledSystem):
 
     def _calc_tau(self, context: Context, output: BasicVector) -> None:
         felt = self._feel(context)
-        if self._faults != NO_FAULTS:
-            # One number longer than the seeds of sensing errors, so that faults and errors are independent.
+        if self._is_faulty:
+            # The additional number makes faults independent of sensing errors.
             seed = (*self._seed.get(context), self._count_samples(context), Stream.FAULT)
             if self._faults.delay_samples:
                 felt = context.get_discrete_state(self._late).value()[: self._num_joints]
@@ -191,12 +197,12 @@ class Proprioception(SampledSystem):
         output.SetFromVector(self._vdot.Eval(context) + error)
 
     def _feel(self, context: Context) -> Array:
-        """Returns the torques with sensing noise, shape (num_joints,), [N m]."""
+        """Adds sensing noise to the true torques, shape (num_joints,), [N m]."""
         tau = self._tau.Eval(context)
         gain = context.get_numeric_parameter(self._gain_error).value()
         offset = context.get_numeric_parameter(self._offset_error).value()
         felt = tau * (1.0 + gain) + offset
-        # The trial's seed and the sample's number determine the error, so that replays of a Context agree.
+        # The error depends only on the trial's seed and the sample's number, so replays of a Context are identical.
         seed = (*self._seed.get(context), self._count_samples(context))
         error = self._noise.draw_sample_error(seed, tau)
         return felt if error is None else felt + error

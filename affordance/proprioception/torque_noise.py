@@ -1,8 +1,8 @@
-"""Errors of measured joint torques and accelerations: the observation models of proprioception.
+"""Observation models of proprioception: errors of measured joint torques and accelerations.
 
-Both models of torque errors reduce a trial to the running mean of a feature vector, which makes the estimator
-recursive. They convert this mean to evidence about the object's densities. With the measured torque tau, the arm's
-own torque tau_arm, and the payload regressor Y, every sample obeys tau = tau_arm + Y Phi rho + error.
+A noise model summarises a trial as the running mean of a feature vector, so the estimator is recursive. The mean is
+then converted to a likelihood of the object's densities. Each sample is tau = tau_arm + Y Phi rho + error, where tau
+is the measured torque, tau_arm the torque of the arm alone, and Y the payload regressor.
 """
 
 from dataclasses import dataclass
@@ -20,42 +20,46 @@ from affordance.runs.random_streams import Stream
 
 @runtime_checkable
 class NoiseModel(Protocol):
-    """Model of torque errors: draws them, and converts torques to evidence."""
+    """Model of torque errors, which draws errors and converts measured torques to a likelihood."""
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the length of the feature vector that is averaged."""
+        """Returns the length of a sample's feature vector."""
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """Computes the features of a sample from torques and regressor.
+        """Computes the feature vector of one sample.
 
-        Torques tau and tau_arm are (num_joints,), Y is (num_joints, 10).
+        Args:
+            tau: Measured torques, (num_joints,), [N m].
+            tau_arm: Torques of the arm alone, (num_joints,), [N m].
+            Y: Payload regressor, (num_joints, 10).
         """
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Converts the mean features of a trial, (num_features,), to evidence about M densities."""
+        """Converts a trial's mean features, (num_features,), to a likelihood of the densities."""
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
-        """Draws gain and offset errors that last a whole trial, shape (num_joints,) each."""
+        """Draws the gain and offset errors of a trial, shape (num_joints,) each."""
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
         """Draws the error of one sample at true torques tau, (num_joints,), [N m].
 
-        Returns None if errors last the trial.
+        Returns:
+            The error, or None if errors are constant during a trial.
         """
 
     def compute_sd(self, tau: Array) -> Array:
-        """Computes the SD of a sample's error at true torques, (num_joints,) each, [N m]."""
+        """Computes the standard deviation of a sample's error at true torques tau, (num_joints,) each, [N m]."""
 
 
 @dataclass(frozen=True)
 class WeberNoise(CheckedFields):
-    """One measurement per trial, with a Weber fraction and an absolute threshold.
+    """Noise of human force perception: one measurement per trial, with a Weber fraction and an absolute threshold.
 
-    The measurement is the mean torque of the hold. Its standard deviation at joint j is sqrt(threshold^2 +
-    (weber_fraction tau_j)^2), with tau_j the mean total torque, including the arm's own weight. The error is drawn as
-    a gain and an offset that last the trial, so that the mean has exactly this standard deviation. If samples are
-    independent, gain and offset are drawn anew for each of the n samples, and the variance of the mean is an nth of
-    that; this is exact if the torque is constant, as at rest.
+    The measurement is the mean torque during the hold. At joint j its standard deviation is sqrt(threshold^2 +
+    (weber_fraction tau_j)^2), where tau_j is the mean total torque, including the weight of the arm. To obtain this
+    standard deviation exactly, a gain and an offset are drawn once per trial. If samples are independent, they are
+    drawn for each of the n samples, and the variance of the mean is divided by n. This is exact if the torque is
+    constant, as at rest.
 
     Attributes:
         weber_fraction: Weber fraction w, dimensionless.
@@ -71,25 +75,25 @@ class WeberNoise(CheckedFields):
     weber_fraction: Annotated[
         float,
         Within(0.0, 1.0),
-        Setting("1", "force felt by hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992)"),
+        Setting("1", "force perception of hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992)"),
     ] = 0.07
     threshold: Annotated[
         float, Within(0.0, 1e3), Setting("N m", "smallest torque felt at the elbow (Kim & Asbeck 2021)")
     ] = 0.097
     independent_samples: Annotated[
-        bool, Setting("", "one measurement per trial was chosen after others had been seen (docs/trust.md)")
+        bool, Setting("", "one measurement per trial was chosen after seeing results of others (docs/trust.md)")
     ] = False
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the number of elements of tau, tau_arm and Y; see ``compute_features``."""
+        """Returns the total number of elements in tau, tau_arm and Y."""
         return num_joints * (2 + NUM_PARAMETERS)
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """Concatenates measured torques tau, the arm's own torques tau_arm and the payload regressor Y, flattened."""
+        """Concatenates measured torques tau, torques of the arm alone tau_arm, and the flattened regressor Y."""
         return np.concatenate([tau, tau_arm, Y.ravel()])
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Converts the mean torque to evidence. The torque's error depends on the torque itself."""
+        """Converts the mean torque to a likelihood. Its error depends on the torque, and so on the densities."""
         tau, tau_arm = features[:num_joints], features[num_joints : 2 * num_joints]
         Y = features[2 * num_joints :].reshape(num_joints, NUM_PARAMETERS)
         return Felt.from_torques(
@@ -112,7 +116,8 @@ class WeberNoise(CheckedFields):
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
         """Draws the error of an independent sample from a gain error and an offset.
 
-        Returns None if errors last the trial.
+        Returns:
+            The error, or None if errors are constant during a trial.
         """
         if not self.independent_samples:
             return None
@@ -127,7 +132,7 @@ class WeberNoise(CheckedFields):
 
 @dataclass(frozen=True)
 class WhiteNoise(CheckedFields):
-    """White noise, as in robots' torque sensors: every sample has an independent error.
+    """White noise, as in a robot's torque sensors: each sample has an independent error.
 
     Attributes:
         sd: Standard deviation of a sample's error at every joint, [N m].
@@ -145,7 +150,7 @@ class WhiteNoise(CheckedFields):
     ] = 0.7
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the number of features: the elements of Y^T Y, Y^T r and r^T r (see ``compute_features``)."""
+        """Returns the total number of elements in Y^T Y, Y^T r and r^T r (see ``compute_features``)."""
         return NUM_PARAMETERS**2 + NUM_PARAMETERS + 1
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
@@ -154,7 +159,7 @@ class WhiteNoise(CheckedFields):
         return np.concatenate([(Y.T @ Y).ravel(), Y.T @ residual, [residual @ residual]])
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Converts all samples to evidence, a quadratic log likelihood."""
+        """Converts the sums over all samples to a quadratic log likelihood."""
         sums = num_samples * features / self.sd**2
         YtY = sums[: NUM_PARAMETERS**2].reshape(NUM_PARAMETERS, NUM_PARAMETERS)
         log_scale = num_samples * num_joints * np.log(2.0 * np.pi * self.sd**2)
@@ -168,23 +173,23 @@ class WhiteNoise(CheckedFields):
         return Felt.from_quadratic(of_body, geometry.Phi, geometry.Phi_errors)
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
-        """Returns zeros, because no error lasts a trial."""
+        """Returns zeros, because no error is constant during a trial."""
         return np.zeros(num_joints), np.zeros(num_joints)
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
-        """Draws white noise."""
+        """Draws white noise for each joint."""
         return self.sd * np.random.default_rng(seed).standard_normal(len(tau))
 
     def compute_sd(self, tau: Array) -> Array:
-        """Returns the standard deviation, which is the same for all torques."""
+        """Returns the standard deviation, which does not depend on torque."""
         return np.full(len(tau), self.sd)
 
 
 def draw_acceleration_error(sd: float, seed: tuple[int, ...], num_joints: int) -> Array:
-    """Draws the acceleration error of a trial, shape (num_joints,), [rad/s^2]. The error is zero if sd is zero.
+    """Draws the acceleration error of a trial, shape (num_joints,), [rad/s^2].
 
-    The paper assumes exact accelerations, and so does the estimator. The error multiplies the whole mass matrix,
-    including the arm's (docs/decisions/0004-noise.md).
+    The paper and the estimator assume exact accelerations. The error acts through the whole mass matrix, including
+    the arm's (docs/decisions/0004-noise.md).
     """
     if sd == 0.0:
         return np.zeros(num_joints)

@@ -1,1 +1,1 @@
-"""Figures, replays, pages and statistics."""
+"""Figures, replays, reports and statistics of results."""

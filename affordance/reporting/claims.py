@@ -1,4 +1,4 @@
-"""Claims of a report, with criteria on numbers, values and bounds."""
+"""Tests claims of a report. A claim has criteria, each with a value and bounds."""
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
@@ -11,7 +11,7 @@ from pydantic import Field
 from affordance.reporting.formatting import format_beside
 from affordance.reporting.statistics import estimate_mean
 
-# Largest number of a value's entries that are shown.
+# Largest number of entries of a value that are shown.
 _SHOWN = 100
 
 # Comparisons of a value with its bound, and their wording.
@@ -24,11 +24,11 @@ COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
 
 
 class Unit(NamedTuple):
-    """Unit in which a value is shown: its name, the factor from SI, and the number of decimals."""
+    """Unit of displayed values."""
 
     name: str = ""
-    scale: float = 1.0
-    digits: int = 2
+    scale: float = 1.0  # factor from SI units
+    digits: int = 2  # number of decimals
 
 
 NONE, KG, KG_PER_M3 = Unit(), Unit("kg"), Unit("kg/m³", 1.0, 0)
@@ -36,19 +36,16 @@ CM, MM, PERCENT = Unit("cm", 100.0), Unit("mm", 1000.0), Unit("%", 100.0, 1)
 
 
 class Criterion(NamedTuple):
-    """Value whose entries must all satisfy bounds.
-
-    Each bound is a number, or an array of the value's shape, by the name of its comparison.
-    """
+    """Value with bounds that all its entries must satisfy."""
 
     name: str
     value: Any
     unit: Unit
-    bounds: Mapping[str, Any]
+    bounds: Mapping[str, Any]  # by comparison: a number, or an array of the value's shape
 
 
 class CriterionResult(NamedTuple):
-    """Result of a criterion: value and bound as text, and True if it is met."""
+    """Result of a criterion, with value and bound as texts."""
 
     name: str
     value: str
@@ -57,10 +54,7 @@ class CriterionResult(NamedTuple):
 
 
 class ClaimResult(NamedTuple):
-    """Claim with the results of its criteria, the first of which is the headline.
-
-    The claim is met if all criteria are met.
-    """
+    """Result of a claim, which is met if all its criteria are met. The first criterion is the most important."""
 
     key: str
     source: str
@@ -70,13 +64,14 @@ class ClaimResult(NamedTuple):
 
 
 def check(name: str, value: Any, unit: Unit = NONE, **bounds: Any) -> Criterion:
-    """States a criterion: ``check("last drop over the first", drop[-1] / drop[0], at_most=0.25)``.
+    """Creates a criterion, such as ``check("last drop over the first", drop[-1] / drop[0], at_most=0.25)``.
 
     Args:
         name: Description of the value in words.
-        value: Number or array of numbers, all of which must meet the bounds.
-        unit: Unit in which value and bounds are shown; both are in SI units.
-        bounds: ``above``, ``at_least``, ``at_most`` or ``below``, each a number or an array of the value's shape.
+        value: Number, or array of numbers that must all satisfy the bounds, in SI units.
+        unit: Unit in which value and bounds are shown.
+        bounds: ``above``, ``at_least``, ``at_most`` or ``below``. Each is a number, or an array of the value's shape,
+            in SI units.
     """
     unknown = [name for name in bounds if name not in COMPARISONS]
     if unknown or not bounds:
@@ -85,14 +80,14 @@ def check(name: str, value: Any, unit: Unit = NONE, **bounds: Any) -> Criterion:
 
 
 def confirm(name: str, value: bool) -> Criterion:
-    """States a criterion that is met if a value is true. The value is shown as yes or no."""
+    """Creates a criterion that is met if a value is True. The value is shown as yes or no."""
     return Criterion(name, value, NONE, {"is": True})
 
 
 def claim(key: str, source: str, text: str, *criteria: Criterion) -> ClaimResult:
     """Tests a claim, which is met if all its criteria are met.
 
-    A value that is infinite, undefined or empty meets no criterion.
+    A value that is infinite, undefined or empty does not meet any criterion.
     """
     judged = tuple(_judge(each) for each in criteria)
     return ClaimResult(key, source, text, all(each.met for each in judged), judged)
@@ -112,7 +107,7 @@ def _judge(criterion: Criterion) -> CriterionResult:
 
 
 def _show(unit: Unit, value: Any, bound: Any) -> str:
-    """Formats a value in its unit. The text has enough decimals to show on which side of the bound it is."""
+    """Formats a value in its unit, with enough decimals to show if it is above or below the bound."""
     if not value.size:
         return "none"
     entries = np.ravel(value) * unit.scale
@@ -124,7 +119,7 @@ def _show(unit: Unit, value: Any, bound: Any) -> str:
 
 
 def _show_bound(unit: Unit, bound: Any) -> str:
-    """Formats a bound in the unit of its value. A literal number keeps its digits."""
+    """Formats a bound in the unit of its value. Bounds that are not computed keep their digits."""
     entries = np.unique(np.atleast_1d(bound) * unit.scale)
     is_computed = isinstance(bound, np.ndarray | np.generic | xr.DataArray)
     shown = [f"{entry:.{unit.digits}f}" if is_computed else f"{entry:.4g}" for entry in entries[:_SHOWN]]
@@ -137,6 +132,6 @@ def _join(shown: Sequence[str], unit: Unit, count: int) -> str:
 
 
 def with_interval(name: str, values: Any) -> dict[str, Any]:
-    """Computes the mean over observers and its 95 % interval, ``NAME_ci95``. Observers are on the first axis."""
+    """Computes the mean over observers (first axis) and its 95 % interval, named ``NAME_ci95``."""
     estimate = estimate_mean(np.asarray(values))
     return {name: estimate.mean, f"{name}_ci95": estimate.ci95}

@@ -1,7 +1,7 @@
-"""Draws the block diagram of a Drake Diagram, laid out like the paper's figure 2.
+"""Draws the block diagram of a Drake Diagram, arranged like the paper's figure 2.
 
-Systems, ports and connections are read from the Diagram itself; only grouping and style are added. Unconnected ports
-are omitted, because a plant has dozens, and so are loggers.
+Systems, ports and connections are read from the Diagram; only grouping and style are added. Unconnected ports are
+omitted, because a plant has dozens of them, and so are loggers.
 """
 
 import html
@@ -14,23 +14,23 @@ from affordance.drake.system_libraries import hide_font_warnings
 from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
 
-# Groups of the paper's figure 2; systems with other names belong to the world.
+# Groups in the paper's figure 2. Systems with other names belong to the world.
 _GROUPS = {
     "Visual system": ("#dbe9f6", {"feature_sensor", "material_memory", "visual_prior"}),
     "Proprioceptive system": ("#e3f1e0", {"proprioception", "density_estimator"}),
     "Control system": ("#fbe8d3", {"task", "mpc_controller"}),
     "World": ("#eeeeee", set[str]()),
 }
-# The teaching signal: posteriors become priors, from trial to trial.
+# Teaching signal: the posterior of a trial becomes the prior of the next trial.
 _TEACHING_SIGNAL = ("density_estimator", "posterior", "material_memory", "posterior")
 _LOGGER = "_log"  # end of a logger's name
 _LEGEND = "blue: the teaching signal, once at the end of a trial"
-# Connections against the flow from vision through control to proprioception; the layout ignores them.
+# Connections that the layout ignores, because they oppose the flow from vision through control to proprioception.
 _FEEDBACK = {_TEACHING_SIGNAL[::2], ("plant", "mpc_controller"), ("scene_graph", "plant")}
 
 
 def describe_diagram(diagram: Diagram) -> str:
-    """Describes a Diagram in the DOT language. The output is deterministic."""
+    """Describes a Diagram in the DOT language. The same Diagram always gives the same text."""
     shown = (system for system in diagram.GetSystems() if not system.get_name().endswith(_LOGGER))
     systems = sorted(shown, key=lambda system: str(system.get_name()))
     inputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
@@ -52,7 +52,7 @@ def describe_diagram(diagram: Diagram) -> str:
         "  node [shape=none, fontname=Helvetica, fontsize=12]; edge [fontname=Helvetica, fontsize=11];",
     ]
     for number, (group, (fill, _)) in enumerate(_GROUPS.items()):
-        # Names stand where no connection crosses them.
+        # Names are placed where no connection crosses them.
         side, height = {"World": ("l", "b"), "Proprioceptive system": ("r", "b")}.get(group, ("l", "t"))
         lines += [
             f"  subgraph cluster_{number} {{",
@@ -76,10 +76,10 @@ def describe_diagram(diagram: Diagram) -> str:
 
 
 def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
-    """Writes NAME.dot and NAME.svg, each atomically.
+    """Writes NAME.dot and NAME.svg atomically.
 
     Raises:
-        UnavailableError: If graphviz is missing; NAME.dot has been written then.
+        UnavailableError: Graphviz is missing. NAME.dot has been written.
     """
     text = describe_diagram(diagram)
     write_text(folder / f"{name}.dot", text)
@@ -92,7 +92,7 @@ def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
 
 
 def _escape(name: str) -> str:
-    """Escapes a name for a quoted DOT string. Port names contain model names, which come from files."""
+    """Escapes a name for a quoted DOT string, because port names contain the names of models from files."""
     return name.replace("\\", "\\\\").replace('"', '\\"')
 
 
@@ -101,7 +101,7 @@ def _find_group(name: str) -> str:
 
 
 def _describe_ports(name: str, inputs: set[tuple[int, str]], outputs: set[tuple[int, str]]) -> str:
-    """Builds an HTML table of a system's name and connected ports. Inputs are on the left, outputs on the right."""
+    """Builds an HTML table of a system's name, its connected inputs on the left and its outputs on the right."""
     left = [port for _, port in sorted(inputs)]
     right = [port for _, port in sorted(outputs)]
     rows = [f'<TR><TD COLSPAN="2" BGCOLOR="white"><B>{html.escape(name)}</B></TD></TR>']

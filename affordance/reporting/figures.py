@@ -1,7 +1,4 @@
-"""Draws figures of results in the colour-blind safe palette of Okabe & Ito.
-
-Heights are in cm.
-"""
+"""Plots figures of results in the colour-blind safe palette of Okabe & Ito. Heights are in cm."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,25 +15,25 @@ from affordance.files.atomic import write_atomic
 from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.statistics import Estimate
 
-# Blue, green, red and cyan, in the order of the paper's figure 4; the decoy is magenta.
+# Colours of the paper's figure 4, in its order: blue, green, red and cyan. The decoy is magenta.
 OBJECT_COLOURS = ("#0072B2", "#009E73", "#D55E00", "#56B4E9", "#E69F00", "#000000")
 DECOY_COLOUR = "#CC79A7"
-# Markers and line styles that distinguish objects if there are more objects than colours.
+# Markers and line styles, which distinguish objects if there are more objects than colours.
 MARKERS = ("o", "s", "^")
 LINE_STYLES = ("-", "--", "-.", ":")
 FONT_SIZE = 10
-# Largest number of objects for which every tick has words or a unit.
+# Largest number of objects for which all ticks have words or units.
 _MOST_WIDE_TICKS = 6
-# Characters that fit across a legend below a figure, and those that the line of each entry takes.
+# Width of a legend below a figure, and width of the line of each entry, [characters].
 _LEGEND_WIDTH, _LEGEND_LINE = 130, 10
-# Characters that fit across a legend below a panel.
+# Width of a legend below a panel, [characters].
 _PANEL_WIDTH = 66
 _NARROW = 22
 _METRES_TO_CM = 100.0
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> None:
-    """Writes a figure as NAME.png and NAME.svg. Writing is atomic, and the bytes are reproducible."""
+    """Writes a figure as NAME.png and NAME.svg. Writing is atomic, and the files are reproducible byte by byte."""
     matplotlib.rcParams["svg.hashsalt"] = "affordance"
     prepare_figure(figure)
     write_atomic(folder / f"{name}.png", lambda path: figure.savefig(path, dpi=200))
@@ -44,15 +41,15 @@ def save_figure(figure: Figure, folder: Path, name: str) -> None:
 
 
 def prepare_figure(figure: Figure) -> None:
-    """Turns on automatic layout unless a figure has one, and makes dollar signs literal."""
+    """Turns on automatic layout if a figure has no layout engine, and makes dollar signs literal."""
     if figure.get_layout_engine() is None:
         figure.set_layout_engine("constrained")
-    for text in figure.findobj(Text):  # Tick labels are set at drawing time, so powers of ten remain formulae.
+    for text in figure.findobj(Text):  # Matplotlib sets tick labels later, so powers of ten remain formulae.
         text.set_parse_math("$" not in text.get_text())
 
 
 def count_columns(labels: Sequence[str]) -> int:
-    """Computes how many labels fit in a row of a legend, at most 6. The legend is below a 12-inch figure."""
+    """Computes how many labels fit in a row of a legend below a 12-inch figure, at most 6."""
     longest = max(len(line) for each in labels for line in each.split("\n"))
     return max(1, min(len(labels), 6, _LEGEND_WIDTH // (_LEGEND_LINE + longest)))
 
@@ -64,7 +61,7 @@ def tidy(*all_axes: Axes) -> None:
 
 
 def darken(colour: str) -> tuple[float, float, float]:
-    """Mixes a colour with black in equal parts."""
+    """Mixes a colour with an equal amount of black."""
     red, green, blue = (0.5 * part for part in to_rgb(colour))
     return red, green, blue
 
@@ -72,11 +69,11 @@ def darken(colour: str) -> tuple[float, float, float]:
 def draw_density_and_drop(
     *, quartiles: Array, mode: Array, density_true: float, drop: Estimate, masses: Array, num_repeats: int
 ) -> Figure:
-    """Plots figure 3: density belief after each of K trials, and the arm's drop, at two scales.
+    """Plots figure 3: the belief about density after each of K trials, and the drop of the arm at two scales.
 
     Args:
         quartiles: Quartiles of the belief before the first and after each trial, (K + 1, 3), [kg/m^3].
-        mode: Mode of the belief, which control uses, at the same times, (K + 1,), [kg/m^3].
+        mode: Mode of the belief, which the controller uses, at the same times, (K + 1,), [kg/m^3].
         density_true: True density, [kg/m^3].
         drop: Drop of the arm in each trial, (K,), [m].
         masses: Mass of the object in each trial, (K,), [kg].
@@ -112,7 +109,7 @@ def draw_density_and_drop(
 
 
 def _draw_drops(axes: Axes, drop: Estimate, masses: Array, *, crowded: bool, first: int = 0) -> None:
-    """Plots the mean drop in each trial from a first one on, [m]. Labels are the masses of the objects, [kg]."""
+    """Plots the mean drop in each trial from ``first`` on, [m]. Ticks are labelled with the objects' masses, [kg]."""
     positions = np.arange(first, len(masses)) + 1
     height, low, high = (_METRES_TO_CM * each[first:] for each in drop)
     colours = [_style(k)[0] for k in range(first, len(masses))]
@@ -131,14 +128,14 @@ def _draw_drops(axes: Axes, drop: Estimate, masses: Array, *, crowded: bool, fir
 def draw_heights(
     *, times: Array, shown: Array, mean: Estimate, labels: list[str], shown_label: str, num_repeats: int
 ) -> Figure:
-    """Plots figure 4: height of each of K objects over time. The last object is the decoy.
+    """Plots figure 4: the height of each of K objects over time. The last object is the decoy.
 
     Args:
         times: Times, (N,), [s].
         shown: Heights for one observer, (K, N), [m].
         mean: Mean heights over all observers, (K, N), [m].
         labels: Labels of the objects.
-        shown_label: Name of that observer.
+        shown_label: Name of the observer in ``shown``.
         num_repeats: Number of observers.
     """
     figure = Figure(figsize=(12.0, 3.8))
@@ -151,9 +148,9 @@ def draw_heights(
             _plot_mean(axes, times, Estimate(*(each[k] for each in mean)), line, colour)
     every.sharey(one)
     _mark_times(times, one, every, near)
-    # Limits follow the curves, because with few observers the intervals exceed the region to enlarge.
+    # Limits are computed from the curves, because the intervals of few observers exceed the region to enlarge.
     low, high = every.get_ylim()
-    if len(labels) > 2:  # without the first object, which is still unknown, and the decoy
+    if len(labels) > 2:  # limits exclude the decoy and the first object, which is still unknown
         learned = 1.5 * _METRES_TO_CM * float(np.abs(mean.mean[1:-1]).max())
         near.set_ylim(max(low, -learned), min(high, learned))
     one.set_ylabel("height above the goal (cm)")
@@ -176,20 +173,20 @@ def draw_heights_of_points(
     shown_label: str,
     num_repeats: int,
 ) -> Figure:
-    """Plots figure 6: heights of K objects, and of several points of the decoy. The decoy is the last object.
+    """Plots figure 6: heights of K objects, and of several points of the decoy. The last object is the decoy.
 
     Args:
         times: Times, (N,), [s].
         shown: Heights of the objects' centres for one observer, (K, N), [m].
         mean: Mean heights of the centres over all observers, (K, N), [m].
-        decoy: Mean heights of points of the decoy, (N,) each, [m], by the label of the point.
+        decoy: Mean heights of points of the decoy, (N,) each, [m], by the point's label.
         labels: Labels of the objects.
-        shown_label: Name of that observer.
+        shown_label: Name of the observer in ``shown``.
         num_repeats: Number of observers.
     """
     figure = Figure(figsize=(12.0, 4.4))
     one, every, points = figure.subplots(1, 3, sharex=True, sharey=True)
-    # As in the paper's figure 6: red, blue, and green for the decoy.
+    # Colours of the paper's figure 6: red and blue, and green for the decoy.
     of_decoy, *others = (OBJECT_COLOURS[i] for i in (1, 2, 0, 3, 4, 5))
     for k in range(len(labels)):
         colour = of_decoy if k == len(labels) - 1 else others[k % len(others)]
@@ -205,17 +202,18 @@ def draw_heights_of_points(
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
     points.set_title("Points of the decoy, the same mean", fontsize=FONT_SIZE)
-    # The first legend is for two of the three plots.
+    # The first legend describes two of the three plots.
     figure.legend(*every.get_legend_handles_labels(), frameon=False, loc="outside lower left")
     figure.legend(*points.get_legend_handles_labels(), frameon=False, loc="outside lower right")
     tidy(one, every, points)
-    # Panels share their heights; without room between them, the last time of one touches the first of the next.
+    # Panels share their height axis. Without padding, the last tick of a time axis touches the first tick of the
+    # next.
     figure.set_layout_engine("constrained", w_pad=0.12)
     return figure
 
 
 def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) -> Figure:
-    """Plots figures 8 and 10: proportion of correct choices over trials.
+    """Plots figures 8 and 10: the proportion of correct choices over trials.
 
     Args:
         panels: For each panel title, proportions before the first and after each of K trials, (K + 1,), by label.
@@ -242,10 +240,10 @@ def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) ->
 
 
 def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
-    """Plots the demanded path and the executed paths from above and from behind.
+    """Plots the required path and the executed paths from above and from behind.
 
     Args:
-        reference: Points of the demanded path, (N, 3), [m].
+        reference: Points of the required path, (N, 3), [m].
         paths: Points of each executed path, (N, 3), [m], by label.
     """
     figure = Figure(figsize=(9.0, 4.2))
@@ -270,7 +268,7 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
 
 
 def _mark_times(times: Array, *all_axes: Axes) -> None:
-    """Labels the time axes, and marks the goal height. Only the first plot has a legend."""
+    """Labels the time axes and marks the goal height. Only the first plot gets a legend."""
     for axes in all_axes:
         goal = axes.axhline(0.0, color="#000000", linewidth=1.2, linestyle=":")
         axes.set(xlabel="time (s)", xlim=(times[0], times[-1]))
@@ -278,7 +276,7 @@ def _mark_times(times: Array, *all_axes: Axes) -> None:
 
 
 def _plot_mean(axes: Axes, times: Array, heights: Estimate, line: str, colour: str, name: str = "") -> None:
-    """Plots mean heights with their interval, [m]. ``name`` appears in the legend if given."""
+    """Plots mean heights with their interval, [m]. Without a ``name``, they are not in the legend."""
     mean, low, high = (_METRES_TO_CM * each for each in heights)
     axes.plot(times, mean, line, color=colour, label=label(name) if name else None, linewidth=1.6)
     axes.fill_between(times, low, high, color=colour, alpha=0.3, linewidth=0.0)

@@ -1,7 +1,4 @@
-"""Makes films of an arm with several objects side by side.
-
-Drake's renderer and matplotlib draw them.
-"""
+"""Writes films that show an arm with several objects side by side."""
 
 from functools import partial
 from pathlib import Path
@@ -21,17 +18,21 @@ from affordance.reporting.formatting import fold
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.reporting.replay import Replay, find_held_height, slow_down
 
-# Codecs of films that FFmpeg writes, by suffix; a GIF needs none.
+# Codecs of films that FFmpeg writes, by suffix. A GIF needs no codec.
 _CODECS = {".webm": "libvpx-vp9", ".mp4": "libx264"}
 _RATE, _PAUSE = 12, 1.5  # pictures per second, and the pause before the film begins again, [s]
 _PIXELS, _DPI = 290, 100  # width of each picture of the arm
 _TITLE, _VERDICT, _CLOCK = 0.42, 0.26, 0.3  # heights, [inches]
-_WIDTH = 42  # of a picture's title, [characters]
-_LEVEL = 0.005  # heights that count as the goal, [m]
+_WIDTH = 42  # width of a picture's title, [characters]
+_LEVEL = 0.005  # largest distance from the goal at which the goal is reached, [m]
 
 
 def check_film(path: Path) -> None:
-    """Checks that a film with this suffix can be written. Otherwise a BadValueError is raised."""
+    """Checks that a film with this suffix can be written.
+
+    Raises:
+        BadValueError: The suffix is unknown, or FFmpeg is needed but missing.
+    """
     if path.suffix not in (".gif", *_CODECS):
         raise BadValueError("FILE", "suffix", describe_choice(path.suffix, (".gif", *_CODECS)))
     if path.suffix in _CODECS:
@@ -42,10 +43,10 @@ def write_film(path: Path, replay: Replay, *, seconds: float, slower: float) -> 
     """Writes a film that shows all scenes side by side.
 
     Args:
-        path: File to write; its suffix selects GIF, WebM or MP4 (H.264).
+        path: File to write. Its suffix selects GIF, WebM or MP4 (H.264).
         replay: Scenes to show.
-        seconds: Duration of the part of each scene that is shown, from its start, [s].
-        slower: Factor of the slow motion.
+        seconds: Duration that is shown, from the start of each scene, [s].
+        slower: Slow-motion factor.
     """
     scenes = [slow_down(scene) for scene in replay.scenes]
     seconds = min(seconds, max(float(scene.times[-1]) for scene in scenes))
@@ -105,7 +106,7 @@ def _save(film: FuncAnimation, path: Path) -> None:
         matplotlib.rcParams["animation.ffmpeg_path"] = _find_ffmpeg(path)
         even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"]
         writer = FFMpegWriter(fps=_RATE, codec=_CODECS[path.suffix], extra_args=even)
-    film.save(path.absolute(), writer=writer)  # FFmpeg takes a relative name with a colon for a protocol
+    film.save(path.absolute(), writer=writer)  # absolute, because FFmpeg interprets "NAME:" as a protocol
 
 
 def _find_ffmpeg(path: Path) -> str:
@@ -118,7 +119,7 @@ def _find_ffmpeg(path: Path) -> str:
 
 
 def _compute_height_line(directives: Path) -> Array:
-    """Computes the end points of a line at the height to hold."""
+    """Computes the ends of a line at the goal height, (2, 3), [m]."""
     arm = load_arm(directives)
     context = arm.plant.CreateDefaultContext()
     arm.set_posture(context, arm.home)

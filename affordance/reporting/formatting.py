@@ -1,4 +1,4 @@
-"""Formats numbers, names and tables for report, figures and commands."""
+"""Formats numbers, names and tables for reports, figures and commands."""
 
 import itertools
 import math
@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 
 from affordance.exceptions import show_text
 
-# With fewer observers, chance alone decides whether many claims are met.
+# With fewer observers, many claims are met or not met by chance.
 ENOUGH_OBSERVERS = 20
 # Characters per line of a name on an axis.
 AXIS_WIDTH = 14
@@ -16,9 +16,9 @@ _MAX_DIGITS = 9
 
 
 def format_number(value: float, digits: int = 3) -> str:
-    """Formats a number with significant digits, without an exponent from 1e-4 to 1e6.
+    """Formats a number with significant digits, and without an exponent from 1e-4 to 1e6.
 
-    Zero, infinity and NaN become "0", "infinite" and "undefined".
+    Zero, infinity and NaN are formatted as "0", "infinite" and "undefined".
     """
     if value != value:
         return "undefined"
@@ -37,10 +37,7 @@ def format_number(value: float, digits: int = 3) -> str:
 
 
 def format_beside(value: float, bound: float, digits: int = 1) -> str:
-    """Formats a number with at least ``digits`` decimals.
-
-    The text has enough decimals to show on which side of a bound it is.
-    """
+    """Formats a number with at least ``digits`` decimals, and enough to show if it is above or below a bound."""
     if 0.0 < abs(bound) < 1e-4:
         return format_number(value, max(2, digits))
     for more in range(digits, _MAX_DIGITS):
@@ -51,10 +48,14 @@ def format_beside(value: float, bound: float, digits: int = 1) -> str:
 
 
 def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = (), width: int = 0) -> list[str]:
-    """Formats rows of cells as table lines, with two spaces between columns.
+    """Formats rows of cells as the lines of a table, with two spaces between columns.
 
-    Columns in ``right`` are right-aligned. If the lines are wider than ``width`` (0 for any width), cells of the
-    widest columns are wrapped between words. Invisible characters, and line breaks within a cell, are replaced.
+    Invisible characters, and line breaks within a cell, are replaced.
+
+    Args:
+        rows: Rows of cells.
+        right: Columns that are right-aligned.
+        width: Largest width; 0 for any width. If the table is wider, cells in the widest columns are wrapped.
     """
     rows = [[show_text(cell) for cell in row] for row in rows]
     columns = list(zip(*rows, strict=True))
@@ -88,12 +89,16 @@ def tabulate_within(
     left_out: Collection[int] = (),
     right: Collection[int] = (),
 ) -> list[str]:
-    """Formats rows as ``tabulate`` does, without less important columns if lines are too wide.
+    """Formats a table as ``tabulate`` does, but drops less important columns if it is too wide.
 
-    The limit is ``width``.
+    If the table is still too wide without these columns, cells are wrapped.
 
-    Columns in ``left_out`` are always dropped. Then columns in ``order`` are dropped one by one until the lines fit.
-    If that is not enough, cells are wrapped.
+    Args:
+        rows: Rows of cells.
+        width: Largest width; 0 for any width.
+        order: Columns that can be dropped, in this order.
+        left_out: Columns that are always dropped.
+        right: Columns that are right-aligned.
     """
     omitted = set(left_out)
     waiting = list(order)
@@ -107,7 +112,7 @@ def tabulate_within(
 
 
 def break_line(line: str, width: int) -> list[str]:
-    """Wraps a line between words at ``width`` characters (0 for any width). Continuation lines are indented."""
+    """Wraps a line between words at ``width`` characters (0 for any width), with indented continuation lines."""
     if not width or len(line) <= width:
         return [line]
     indent = " " * (len(line) - len(line.lstrip()) + 2)
@@ -115,10 +120,10 @@ def break_line(line: str, width: int) -> list[str]:
 
 
 def format_known(value: float, uncertainty: float) -> str:
-    """Formats a number with the digits that its uncertainty allows.
+    """Formats a number with as many digits as its uncertainty allows.
 
-    The last digit is the second significant digit of the uncertainty. At most three significant digits of the number
-    are shown.
+    The last digit is in the place of the uncertainty's second significant digit. At most three significant digits are
+    shown.
     """
     if not (math.isfinite(value) and math.isfinite(uncertainty)) or uncertainty <= 0.0 or value == 0.0:
         return format_number(value)
@@ -131,7 +136,7 @@ def format_known(value: float, uncertainty: float) -> str:
 
 
 def format_duration(seconds: float) -> str:
-    """Formats a duration in seconds, minutes or hours, as is most readable."""
+    """Formats a duration in seconds, minutes or hours, whichever is easiest to read."""
     if seconds < 100.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 100.0 * 60.0 else f"{seconds / 3600.0:.1f} h"
@@ -143,7 +148,7 @@ def count_observers(num: int) -> str:
 
 
 def fold(text: str, width: int = AXIS_WIDTH) -> str:
-    """Wraps a text at spaces, hyphens and underscores. A piece that is wider than a line is broken within."""
+    """Wraps a text at spaces, hyphens and underscores. A piece that is wider than a line is split."""
     lines = [""]
     for piece in re.findall(r"[^\s_-]*[\s_-]?", text):
         if len((lines[-1] + piece).rstrip()) > width:
@@ -156,7 +161,7 @@ def fold(text: str, width: int = AXIS_WIDTH) -> str:
 
 
 def label(text: str, width: int = 44) -> str:
-    """Wraps a text as a legend label, and replaces underscores.
+    """Wraps a text for use as a legend label, and replaces underscores by spaces.
 
     Matplotlib hides labels that begin with an underscore.
     """

@@ -1,4 +1,4 @@
-"""Draws objects in side view from their tools file."""
+"""Draws the objects of a tools file in side view."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,15 +21,15 @@ from affordance.reporting.formatting import fold, label
 
 _METRES_TO_CM = 100.0
 _SCALE_BAR = 10.0  # [cm]
-_TITLE_WIDTH = 60  # of one object, [characters]
+_TITLE_WIDTH = 60  # width of an object's title, [characters]
 _TITLE = 0.35  # height of a title, [inches]
 _HAND = 0.022  # radius of the drawn hand, [m]
 _LINE = 0.8  # width of outlines
-# Number of directions in which the outline of a convex solid is sampled, and an offset, [rad], so that none is
-# normal to a face of an axis-aligned box.
+# Number of directions in which the outline of a convex solid is sampled. The offset, [rad], keeps all of them away
+# from the normals of an axis-aligned box.
 _DIRECTIONS, _OFF_AXIS = 256, 1e-3
 _MANY = 5000  # a mesh with more triangles is rasterised
-_APART = 1e-3  # the expected centre of mass is drawn if it is this far from the true one, [m]
+_APART = 1e-3  # smallest distance between drawn expected and true centres of mass, [m]
 _EXPECTED: dict[str, Any] = {
     **{"marker": "o", "linestyle": "none", "markersize": 10.0, "markeredgewidth": 2.2},
     **{"markerfacecolor": "none", "markeredgecolor": "#000000"},
@@ -37,9 +37,9 @@ _EXPECTED: dict[str, Any] = {
 
 
 class Drawing(NamedTuple):
-    """Object to draw in its visible colours, or in its true materials (``as_made``).
+    """Object to be drawn in its visible colours, or in the colours of its true materials (``as_made``).
 
-    A decoy also shows its expected centre of mass, which follows from its apparent materials.
+    For a decoy, the expected centre of mass is also drawn. It is computed from the apparent materials.
     """
 
     tool: Tool
@@ -48,13 +48,13 @@ class Drawing(NamedTuple):
 
 
 def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
-    """Draws objects at a common scale, each with the hand and its true centre of mass."""
+    """Draws objects at a common scale, each with the hand and the object's true centre of mass."""
     rows = [drawings[first : first + columns] for first in range(0, len(drawings), columns)]
     limits = [compute_limits([drawing.tool for drawing in row]) for row in rows]
     limits[-1][0][1] -= 2.0  # room for the scale bar
     left, right = min(low[0] for low, _ in limits), max(high[0] for _, high in limits)
     tall = np.array([high[1] - low[1] for low, high in limits])
-    # Objects are about 4.5 inches wide, or smaller if they are tall; titles need 3.6 inches.
+    # Objects are about 4.5 inches wide, or narrower if they are tall. Titles need 3.6 inches.
     scale = min(4.5 / (right - left), 2.5 / tall.max())
     width = max(3.6, scale * (right - left))
     figure = Figure(figsize=(width * columns, float(np.sum(scale * tall + _TITLE)) + 0.5))
@@ -90,7 +90,7 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
 
 
 def compute_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
-    """Computes the smallest and largest x and y of tools and hands, with a margin, [cm]."""
+    """Computes the limits of x and y of tools and hands, with a margin, [cm]."""
     corners = [np.array([[-2.0 * _HAND, -_HAND], [0.0, _HAND]])]
     for tool in tools:
         for part in tool.components:
@@ -102,10 +102,7 @@ def compute_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
 
 
 def _outline_ellipsoid(part: Component) -> Patch:
-    """Computes the outline of an ellipsoid seen along Tz.
-
-    The outline is the ellipse of the upper left block of R diag(a^2) R^T.
-    """
+    """Computes an ellipsoid's outline along Tz: the ellipse of the upper left block of R diag(a^2) R^T."""
     R_TE = part.X_TE[:3, :3]
     shadow = (R_TE * part.shape.sizes**2) @ R_TE.T
     squares, directions = np.linalg.eigh(shadow[:2, :2])
@@ -116,7 +113,7 @@ def _outline_ellipsoid(part: Component) -> Patch:
 
 
 def _outline_solid(part: Component) -> Patch:
-    """Computes the outline of a convex solid seen along Tz. The outline is the convex hull of the support points."""
+    """Computes the outline of a convex solid seen along Tz, which is the convex hull of its support points."""
     R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
     turns = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False) + _OFF_AXIS
     points = [
@@ -127,7 +124,7 @@ def _outline_solid(part: Component) -> Patch:
 
 
 def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> None:
-    """Draws the projection of a mesh along Tz. Dents, holes and silhouette edges are visible."""
+    """Draws a mesh as seen along Tz, so that dents, holes and silhouette edges are visible."""
     corners = _METRES_TO_CM * (mesh.vertices @ X_TE[:3, :3].T + X_TE[:3, 3])[:, :2]
     triangles = corners[mesh.faces]
     many = len(triangles) > _MANY
@@ -144,14 +141,14 @@ def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> N
 
 
 def _compute_expected_centre(tool: Tool) -> Array | None:
-    """Computes the centre of mass that a tool appears to have. Returns None if it is close to the true one."""
+    """Computes the centre of mass of a tool's apparent materials. Returns None if it is close to the true centre."""
     parts = tuple(replace(part, material=part.looks_like) for part in tool.components)
     seeming = replace(tool, components=parts)
     return None if np.linalg.norm(seeming.p_TTcm - tool.p_TTcm) < _APART else seeming.p_TTcm
 
 
 def draw_object(axes: Axes, drawing: Drawing) -> None:
-    """Draws an object along Tz, in centimetres, with the hand and its true centre of mass."""
+    """Draws an object as seen along Tz, [cm], with the hand and the object's true centre of mass."""
     tool = drawing.tool
     for part in tool.components:
         colour = (part.material if drawing.as_made else part.looks_like).colour

@@ -1,7 +1,7 @@
 """Renders arm, tool and nail with Drake's renderer, which needs no display.
 
-Frames: world W, camera C (Cz is the viewing direction, Cy points down). The camera is to the right of the arm,
-slightly above and in front of it; from there a right arm does not hide the object in its hand.
+Frames: W the world, C the camera (Cz is the viewing direction, Cy points down). The camera is to the right of the
+arm, slightly above and in front of it. From there, a right arm does not hide the object in its hand.
 """
 
 import itertools
@@ -42,14 +42,14 @@ _FIELD_OF_VIEW = np.radians(20.0)  # vertical; with a long lens, near and far ob
 _AZIMUTH, _ELEVATION = np.radians(20.0), np.radians(10.0)
 # Margin at each edge, as a fraction of half a picture.
 _MARGIN = 0.04
-# Pictures are rendered this many times larger and then averaged, because the renderer does not smooth edges.
+# Pictures are rendered larger by this factor and then averaged, because the renderer does not smooth edges.
 _OVERSAMPLING = 3
-# Radius, [m], and colour of the demanded path.
+# Radius, [m], and colour of the required path.
 _LINE, _RED = 0.0015, Rgba(0.8, 0.2, 0.1, 1.0)
-# Extent of close-ups above and below the highest point of the nail's head, along the nail, [m].
+# Distances along the nail that close-ups show above and below the highest point of its head, [m].
 _ABOVE, _BELOW = 0.045, 0.06
-# One light from above and to the left of the camera, one from the camera itself, and one from below and to the right,
-# so that nothing is black. There are no shadows, because the renderer draws them with ragged edges.
+# Three lights, so that nothing is black: from above left of the camera, from the camera itself, and from below right.
+# There are no shadows, because the renderer draws them with ragged edges.
 _LIGHTS = [
     LightParameter(type="directional", frame="camera", intensity=intensity, direction=np.array(direction))
     for intensity, direction in ((0.75, (0.5, 0.9, 0.6)), (0.4, (0.0, 0.0, 1.0)), (0.4, (-0.8, -0.7, 0.3)))
@@ -57,24 +57,31 @@ _LIGHTS = [
 
 
 class Pose(NamedTuple):
-    """Joint angles of an arm, [rad], with a tool and perhaps a nail. The nail's travel is in [m]."""
+    """Posture of an arm with a tool and optionally a nail."""
 
     tool: Tool
     placement: NailPlacement | None
-    q: Array
-    travel: float = 0.0
+    q: Array  # joint angles, (num_joints,), [rad]
+    travel: float = 0.0  # travel of the nail, [m]
 
 
 def render_poses(
     directives: Path, poses: Sequence[Pose], *, width: int, height: int | None = None, p_WG: Array | None = None
 ) -> list[Image]:
-    """Renders the whole arm with tool and nail, with one camera for all poses.
+    """Renders the whole arm with tool and nail, with the same camera for all poses.
 
-    Points of a demanded path, (N, 3), [m], are drawn as a red line. Each picture is RGB, (height, width, 3). Without
-    a height it is as high as what it shows.
+    Args:
+        directives: Directives file of the arm.
+        poses: Poses to render.
+        width: Width of the pictures, [pixels].
+        height: Height of the pictures, [pixels]; None to fit the contents.
+        p_WG: Points of a required path, (N, 3), [m], drawn as a red line.
+
+    Returns:
+        Pictures in RGB, (height, width, 3) each.
     """
     kinds = {(id(pose.tool), id(pose.placement)): pose for pose in poses}
-    # Each scene serves all poses of its kind.
+    # Poses with the same tool and nail share a scene.
     scenes = {kind: _Scene(directives, pose, p_WG) for kind, pose in kinds.items()}
     R_WC = _turn_camera(_ELEVATION)
     corners = np.concatenate([scenes[id(pose.tool), id(pose.placement)].compute_corners(pose) for pose in poses])
@@ -86,10 +93,10 @@ def render_poses(
 
 
 def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
-    """Renders close-ups of nails and tools at a common scale. Pictures are as in ``render_poses``.
+    """Renders close-ups of nails and tools at a common scale. Pictures are the same as in ``render_poses``.
 
     Raises:
-        ValueError: If a pose has no nail.
+        ValueError: A pose has no nail.
     """
     pictures = []
     for pose in poses:
@@ -104,13 +111,10 @@ def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, hei
 
 
 class _Scene:
-    """Diagram of an arm with a tool and a nail, which renders poses."""
+    """Diagram of an arm with a tool and optionally a nail, which renders poses."""
 
     def __init__(self, directives: Path, pose: Pose, p_WG: Array | None = None) -> None:
-        """Builds the Diagram for the tool and nail of a pose.
-
-        The Diagram includes a line through given points, (N, 3), [m].
-        """
+        """Builds the Diagram for the tool and nail of a pose, with a line through the points p_WG, (N, 3), [m]."""
         builder = DiagramBuilder()
         arm = add_arm(builder, directives, pose.tool, pose.placement)
         scene_graph = builder.GetSubsystemByName("scene_graph")
@@ -128,12 +132,12 @@ class _Scene:
         self._graph_context = scene_graph.GetMyContextFromRoot(self._context)
 
     def _set_pose(self, pose: Pose) -> Any:
-        """Sets the pose and returns the query object of the scene graph."""
+        """Sets the pose, and returns the query object of the scene graph."""
         self._plant.SetPositions(self._plant_context, np.append(pose.q, [pose.travel] if self._has_nail else []))
         return self._port.Eval(self._graph_context)
 
     def compute_corners(self, pose: Pose) -> Array:
-        """Computes corners of boxes around all visible geometry, in W, (N, 3), [m]."""
+        """Computes the corners of bounding boxes of all visible geometry, in W, (N, 3), [m]."""
         query = self._set_pose(pose)
         inspector = query.inspector()
         corners = []
@@ -147,7 +151,7 @@ class _Scene:
         return np.concatenate(corners)
 
     def render(self, pose: Pose, X_WC: RigidTransform, width: int, height: int) -> Image:
-        """Renders the picture of a pose, (height, width, 3)."""
+        """Renders the picture of a pose in RGB, (height, width, 3)."""
         n = _OVERSAMPLING
         camera = ColorRenderCamera(
             RenderCameraCore(
@@ -178,10 +182,7 @@ def _add_line(scene_graph: SceneGraph, p_WG: Array) -> None:
 
 
 def _turn_camera(elevation: float) -> RotationMatrix:
-    """Computes the axes R_WC of a camera to the right of the arm (-Wy).
-
-    The camera is turned towards the arm's front (Wx).
-    """
+    """Computes the orientation R_WC of a camera to the right of the arm (-Wy), turned towards the front (Wx)."""
     looks = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), -np.tan(elevation)])
     looks /= np.linalg.norm(looks)
     right = np.cross(looks, [0.0, 0.0, 1.0])
@@ -190,10 +191,10 @@ def _turn_camera(elevation: float) -> RotationMatrix:
 
 
 def _step_back(points: Array, R_WC: RotationMatrix, aspect: float) -> Array:
-    """Computes the nearest camera position that shows all points, centred.
+    """Computes the closest camera position that shows all points, centred.
 
-    A point (x, y, z) in C's axes is in the picture of a camera at (a, b, c) if |x - a| <= k (z - c), where k is the
-    tangent of half the field of view; likewise for y.
+    In the axes of C, a point (x, y, z) is visible from a camera at (a, b, c) if |x - a| <= k (z - c), where k is the
+    tangent of half the field of view. The condition for y is analogous.
     """
     axes = R_WC.matrix()
     p_C = points @ axes

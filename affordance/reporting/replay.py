@@ -1,6 +1,6 @@
 """Replays recorded joint angles as a self-contained Meshcat web page.
 
-A blow lasts a few milliseconds, so a scene may run slower around it, with the camera zoomed in.
+A blow takes only a few milliseconds, so a scene can be slowed down and magnified around the strike.
 """
 
 import gc
@@ -33,12 +33,12 @@ from affordance.plant.load import attach_tool, parse_arm
 from affordance.plant.nail import NailPlacement, add_nail
 from affordance.reporting.side_view import SideView, find_direction, list_corners, place_camera
 
-# Meshcat's path of the line that a hand or a tool is to follow, by default at the height to hold.
+# Meshcat's path of the line that the hand or the tool must follow, by default at the goal height.
 HELD_HEIGHT = "asked for"
 _FRAMES_PER_SECOND = 30.0
 # Pause between two scenes on the last frame of the first, [s].
 _PAUSE = 0.5
-# Frames from one look at where everything is, for the camera, to the next.
+# The camera's view must include all shapes at every frame with this interval.
 _LOOKS = 5
 # Path of Meshcat's camera, and its magnification in slow motion.
 _CAMERA = "/Cameras/default/rotated/<object>"
@@ -47,8 +47,8 @@ _ZOOM = 5.0
 _ZOOMING = 0.7
 
 
-# Bar at the foot of a page, with places for title, legend, captions (each begins with its first time), and the
-# tangents of half the angles that are seen at least, to the sides and upwards, above the bar.
+# Bar at the bottom of a page. Its placeholders are the title, the legend, the captions (each begins with its start
+# time), and tangents of half the smallest horizontal and vertical view angles above the bar.
 _BAR = """<meta name="viewport" content="width=device-width, initial-scale=1">
 <style>
 #bar{position:fixed;left:0;right:0;bottom:0;padding:8px 12px;background:#ffffffe6;font:14px/1.5 sans-serif;
@@ -93,27 +93,27 @@ display:grid;grid-template-columns:auto 1fr auto;gap:2px 12px;align-items:center
 
 
 class Scene(NamedTuple):
-    """Motion of the arm with a tool in its hand, and perhaps a nail."""
+    """Motion of an arm with a tool in its hand, and optionally a nail."""
 
     tool: Tool
     times: Array  # times, (N,), starting at 0, [s]
     q: Array  # joint angles, (N, num_joints), [rad]
     caption: str
     placement: NailPlacement | None = None
-    travel: Array | None = None  # travel of the nail, (N,), [m]; None for a nail that stays where it was set
-    # Begin and end of slow motion, [s], and its factor, for a strike; None for none.
+    travel: Array | None = None  # travel of the nail, (N,), [m]; None for a nail that does not move
+    # Begin and end of slow motion, [s], and its factor; None for no slow motion.
     slow: tuple[float, float, float] | None = None
-    height: Array | None = None  # of the object's centre above its goal, (N,), [m]; None if no height is asked for
+    height: Array | None = None  # height of the object's centre above the goal, (N,), [m]; None without a goal
 
 
 @dataclass(frozen=True)
 class Replay:
-    """Scenes of an experiment, which can become a page or a film. A call with a path writes the page."""
+    """Scenes of an experiment, for a page or a film. A call with a path writes the page."""
 
     directives: Path
     title: str
     scenes: Sequence[Scene]
-    p_WG: Array | None = None  # points of the demanded path, (N, 3), [m]; None for the height to hold
+    p_WG: Array | None = None  # points of the required path, (N, 3), [m]; None for the goal height
 
     def __call__(self, path: Path) -> None:
         """Writes the page; see ``write_replay``."""
@@ -123,12 +123,19 @@ class Replay:
 def write_replay(
     path: Path, directives: Path, scenes: Sequence[Scene], *, title: str, p_WG: Array | None = None
 ) -> None:
-    """Writes the scenes as a self-contained page, one after the other.
+    """Writes scenes as a self-contained page that shows them one after the other.
 
-    Points of the demanded path, (N, 3), [m], are drawn as a line. With None the line is at the height of the hand in
-    its home posture, or missing if there is a nail. A slow interval outside its scene, or a factor below 1, is a
-    ValueError. An AffordanceError means that Meshcat cannot open a local port (as where DRAKE_ALLOW_NETWORK excludes
-    it).
+    Args:
+        path: File to write.
+        directives: Directives file of the arm.
+        scenes: Scenes to show.
+        title: Title of the page.
+        p_WG: Points of the required path, (N, 3), [m], drawn as a line. With None, the line is at the height of the
+            hand in its home posture, or omitted if there is a nail.
+
+    Raises:
+        ValueError: A slow interval is outside its scene, or its factor is below 1.
+        AffordanceError: Meshcat cannot open a local port, for example because DRAKE_ALLOW_NETWORK forbids it.
     """
     for scene in scenes:
         if scene.slow is not None:
@@ -141,8 +148,8 @@ def write_replay(
         captions, view = _record(meshcat, directives, scenes, p_WG)
         page = meshcat.StaticHtml()
     finally:
-        # Meshcat ends the process if it is freed by a thread other than the one that made it, and the garbage
-        # collector runs in whatever thread comes by. So it is freed here.
+        # Meshcat must be freed by the thread that created it, or it ends the process. The garbage collector can run
+        # in any thread, so Meshcat is freed here.
         del meshcat
         gc.collect()
     has_line = p_WG is not None or all(scene.placement is None for scene in scenes)
@@ -150,11 +157,17 @@ def write_replay(
 
 
 def open_meshcat(what: str) -> Meshcat:
-    """Opens Meshcat on a local port. If this fails, an AffordanceError names what cannot be drawn.
+    """Opens Meshcat on a random port of a random local address.
 
-    Meshcat obeys every website that a browser of this machine shows, and a broken message ends its process. It
-    therefore gets a random one of this machine's 16 million local addresses, which no website knows; macOS has only
-    one. The port is random, too: with a known port, trying all addresses takes some hours.
+    Meshcat accepts messages from any website that is open in a browser on this machine, and an invalid message ends
+    its process. Websites cannot know which of the 16 million local addresses it uses; macOS has only one. The port is
+    random too: with a known port, all addresses could be tried in a few hours.
+
+    Args:
+        what: Name of the picture, for the error.
+
+    Raises:
+        AffordanceError: No port can be opened.
     """
     own = "127." + ".".join(str(1 + secrets.randbelow(254)) for _ in range(3))
     try:
@@ -166,14 +179,14 @@ def open_meshcat(what: str) -> Meshcat:
 def _record(
     meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: Array | None
 ) -> tuple[list[str], SideView]:
-    """Plays the scenes into Meshcat's recording. Returns each scene's caption, and the view of the camera."""
+    """Plays the scenes into Meshcat's recording. Returns the caption of each scene, and the camera's view."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     hand = parse_arm(plant, directives)
     names = [f"tool_{number}" for number, _ in enumerate(scenes)]
     for name, scene in zip(names, scenes, strict=True):
         attach_tool(plant, hand, scene.tool, name)
-    # Added after the arm, so that the arm's joints come first in the plant's state.
+    # Nails are added after the arm, so that the arm's joints come first in the plant's state.
     nails = {
         number: add_nail(plant, scene.placement, f"nail_{number}")
         for number, scene in enumerate(scenes)
@@ -227,14 +240,14 @@ def _record(
 
 
 def slow_down(scene: Scene) -> Scene:
-    """Resamples a scene at the frames of the replay by interpolation."""
+    """Resamples a scene at the frames of its replay, by interpolation."""
     if scene.slow is None:
         return scene
     begin, end, factor = scene.slow
     log = scene.times
     in_log = np.array([0.0, begin, end, log[-1]])
     in_replay = np.array([0.0, begin, begin + factor * (end - begin), log[-1] + (factor - 1.0) * (end - begin)])
-    # The end is added as a row, though not on a frame, so that the scene keeps its duration.
+    # The end is added even if it is between two frames, so that the duration does not change.
     frames = np.append(np.arange(0.0, in_replay[-1], 1.0 / _FRAMES_PER_SECOND), in_replay[-1])
     times = np.interp(frames, in_replay, in_log)
     q = np.column_stack([np.interp(times, log, angle) for angle in scene.q.T])
@@ -243,7 +256,7 @@ def slow_down(scene: Scene) -> Scene:
 
 
 def _zoom(slow: tuple[float, float, float] | None, time: float) -> float:
-    """Computes the magnification of the camera at a replay time of a scene."""
+    """Computes the camera's magnification at a time in the replay of a scene."""
     if slow is None:
         return 1.0
     begin, end, factor = slow
@@ -253,7 +266,12 @@ def _zoom(slow: tuple[float, float, float] | None, time: float) -> float:
 
 
 def _describe(scene: Scene, start: float) -> str:
-    """Returns the caption of a scene with its slow motion. The scene begins at a replay time."""
+    """Returns a scene's caption with the times of its slow motion.
+
+    Args:
+        scene: Scene.
+        start: Start of the scene in the replay, [s].
+    """
     if scene.slow is None:
         return scene.caption
     begin, end, factor = scene.slow
@@ -262,10 +280,7 @@ def _describe(scene: Scene, start: float) -> str:
 
 
 def find_held_height(p_WB: Array, p_WH: Array) -> Array:
-    """Computes the ends of a line at the height to hold, (2, 3), [m].
-
-    The line depends on the home positions of base and hand.
-    """
+    """Computes the ends of a line at the goal height, (2, 3), [m], from the home positions of base and hand."""
     out = (p_WH - p_WB) * [1.0, 1.0, 0.0]
     return np.array([p_WH - 0.3 * out, p_WH + 0.45 * out])
 
@@ -278,10 +293,7 @@ def set_stage(
     p_WG: Array | None,
     placements: Sequence[NailPlacement],
 ) -> None:
-    """Draws the demanded path, or else the height to hold, on a white background.
-
-    With a nail there is no height to hold.
-    """
+    """Draws the required path on a white background. Without a path or a nail, draws a line at the goal height."""
     p_WH = hand.CalcPoseInWorld(plant_context).translation()
     first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
     p_WBo = first_joint.frame_on_parent().CalcPoseInWorld(plant_context).translation()
@@ -296,10 +308,7 @@ def set_stage(
 
 
 def _add_bar(page: str, title: str, legend: str, captions: Sequence[str], view: SideView) -> str:
-    """Sets the page's title, and adds a bar at its foot.
-
-    The bar has play, clock, time, and the caption of the scene.
-    """
+    """Sets the title of a page, and adds a bar with a play button, a time slider and the current caption."""
     lines = "".join(f"<span>{html.escape(caption)}</span>" for caption in captions)
     bar = _BAR % (html.escape(title), legend, lines, [view.wide, view.high])
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>")

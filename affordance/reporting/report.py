@@ -1,6 +1,6 @@
-"""Builds the report page with figures, and with the paper's claims and their numbers.
+"""Builds the report page from figures, the paper's claims and their numbers.
 
-Each experiment stores a section next to its figures; the page is built from all sections in a results folder.
+Each experiment stores a section with its figures. The page combines all sections in a results folder.
 """
 
 import base64
@@ -25,22 +25,22 @@ from affordance.reporting.section import Section
 
 _LOG = logging.getLogger(__name__)
 _SECTION = "section.json"
-# File that lists requested experiments that could not be run, with reasons.
+# File with the requested experiments that could not be run, and the reasons.
 _LEFT_OUT = "left_out.json"
 _SECTIONS, _REASONS = TypeAdapter(Section), TypeAdapter(dict[str, str])
 # The paper's simulations.
 _OF_THE_PAPER = ("weight", "com", "reach", "hammer")
-# Name of the package's own models in a setup; their arm is the paper's.
+# Name of the package's own models in a setup. Their arm is the paper's arm.
 OWN_MODELS = "those of the program"
-# Page that lists the constants chosen after an outcome was seen; it exists only in a clone.
+# Page that lists the constants that were chosen after seeing an outcome. It exists only in a clone.
 _TRUST = MODELS.parent / "docs" / "trust.md"
-# Result of the robustness study; it exists only in a clone.
+# Result of the robustness study. It exists only in a clone.
 _ROBUSTNESS = MODELS.parent / "docs" / "robustness.json"
 # Space between a number and its unit, where a line must not break.
 _UNIT = re.compile(r"(?<=\d) (?=%|(?:[cmk]?m|k?g|m?s|N|J)\b)")
-# Percent sign right after a number, in the text of a page but not in a tag.
+# Percent sign directly after a number, in the text of a page but not in a tag.
 _CLOSE_PERCENT = re.compile(r"(?<=\d)%(?=[^<>]*<)")
-# Other files of an experiment, linked if they exist.
+# Other files of an experiment. The report links the files that exist.
 _LINKS = {
     "replay.html": "the arm in motion",
     "metrics.json": "all numbers",
@@ -50,20 +50,17 @@ _LINKS = {
 
 
 def write_section(folder: Path, section: Section) -> None:
-    """Writes an experiment's section to the folder of its figures."""
+    """Writes the section of an experiment to the folder of its figures."""
     write_json(folder / _SECTION, section._asdict())
 
 
 def remove_section(folder: Path) -> None:
-    """Removes an experiment's outdated section, if there is one."""
+    """Removes the outdated section of an experiment, if there is one."""
     (folder / _SECTION).unlink(missing_ok=True)
 
 
 def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection[str] = ()) -> None:
-    """Records why experiments were left out of a results folder.
-
-    Completed experiments are removed from the record.
-    """
+    """Records why experiments are missing in a results folder. Completed experiments are removed from the record."""
     kept = {name: why for name, why in _read_left_out(folder).items() if name not in done} | dict(left_out)
     if kept:
         write_json(folder / _LEFT_OUT, kept)
@@ -72,11 +69,9 @@ def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection
 
 
 def write_report(folder: Path) -> Path:
-    """Writes FOLDER/report.html from the sections in its subfolders.
+    """Writes FOLDER/report.html from the sections in its subfolders, with a list of missing experiments.
 
-    The report lists the experiments that were left out.
-
-    An invalid section is logged and quarantined; a section with unreadable figures is logged and left out.
+    An invalid section is logged and quarantined. A section whose figures cannot be read is logged and omitted.
     """
     sections, (shares, num_settings) = [], _read_shares()
     runs = read_runs([path.parent for path in sorted(folder.glob(f"*/{_SECTION}"))])
@@ -106,17 +101,17 @@ def write_report(folder: Path) -> Path:
         trust=_find_trust(folder),
     )
     path = folder / "report.html"
-    head, mark, body = page.partition("</head>")  # the style sheet in the head keeps its percentages
+    head, mark, body = page.partition("</head>")  # percentages in the head's style sheet must not change
     write_text(path, head + mark + _UNIT.sub("\u00a0", _CLOSE_PERCENT.sub(" %", body)))
     return path
 
 
 def _read_shares() -> tuple[dict[str, float], int]:
-    """Reads in which fraction of settings each claim holds, and the number of settings.
+    """Reads the robustness of each claim, and the number of settings in the robustness study.
 
-    Fractions are by section and key.
-
-    Both are empty outside a clone.
+    Returns:
+        Fraction of settings in which each claim holds, by section and key, and the number of settings. Both are empty
+        outside a clone.
     """
     try:
         kept = json.loads(_ROBUSTNESS.read_text(encoding="utf-8"))
@@ -126,33 +121,27 @@ def _read_shares() -> tuple[dict[str, float], int]:
 
 
 def _find_trust(folder: Path) -> str:
-    """Finds the path to docs/trust.md relative to a results folder.
-
-    The path is empty unless both are in the same clone.
-    """
+    """Computes the path of docs/trust.md relative to a results folder; empty unless both are in the same clone."""
     folder, clone = folder.resolve(), _TRUST.parents[1]
     return os.path.relpath(_TRUST, folder) if folder.is_relative_to(clone) and _TRUST.is_file() else ""
 
 
 class _Run(NamedTuple):
-    """Description of a run: setup, repeats, seed, versions and date.
-
-    A run is usual if it has the program's own models and settings. The robustness study varies these.
-    """
+    """Setup, number of repeats, seed, versions and date of a run."""
 
     setup: str
     done: str
-    is_usual: bool
+    is_usual: bool  # True for the program's own models and settings, which the robustness study varies
 
 
 def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
-    """Groups the names of folders by run. Folders with incomplete metrics are left out."""
+    """Groups the names of folders by run. Folders with incomplete metrics are omitted."""
     runs: dict[_Run, list[str]] = {}
     for folder in folders:
         try:
             numbers = read_json(folder / "metrics.json")
             versions = numbers["versions"]
-            # Repeats are observers or, in the experiment vision, objects.
+            # A repeat is an observer, or an object in the experiment vision.
             times = "repeat" if numbers["repeats"] == 1 else "repeats"
             done = (
                 f"{numbers['repeats']} {times}, seed {numbers['seed']}, by version "
@@ -177,9 +166,9 @@ def _describe_setup(setup: Mapping[str, Any]) -> str:
 
 
 def _choose_heading(sections: Sequence[Mapping[str, Any]]) -> str:
-    """Chooses the heading of the report.
+    """Chooses the heading of a report.
 
-    The heading is the paper's if one of its simulations is present, else a single section's.
+    The heading is the paper's if one of its simulations is included. Otherwise it is the title of a single section.
     """
     if any(section["anchor"] in _OF_THE_PAPER for section in sections):
         return "the paper and what we find"
@@ -199,7 +188,7 @@ def _read_left_out(folder: Path) -> dict[str, str]:
 
 
 def _describe(error: Exception) -> str:
-    """Describes an error in one line. A validation error is described by its first problem."""
+    """Describes an error in one line; for a validation error, only its first problem."""
     if not isinstance(error, ValidationError):
         return str(error)
     first = error.errors()[0]
@@ -207,7 +196,7 @@ def _describe(error: Exception) -> str:
 
 
 def _prepare(section: Section, home: Path, shares: Mapping[str, float]) -> dict[str, Any]:
-    """Prepares a section for the template. Figures are embedded, files linked, and the robustness of claims added."""
+    """Prepares a section for the template: embeds figures, links files, and adds the robustness of claims."""
     prepared: dict[str, Any] = section._asdict()
     prepared["anchor"] = re.sub(r"[^a-z0-9]+", "-", home.name.lower())
     prepared["figures"] = [

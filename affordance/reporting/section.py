@@ -1,4 +1,4 @@
-"""Section of the report: figures, claims, tables and text of an experiment."""
+"""Section of a report: figures, claims, tables and text of one experiment."""
 
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
@@ -11,32 +11,32 @@ from affordance.reporting.claims import ClaimResult
 
 
 class ReportFigure(DataModel):
-    """Figure of the report with its caption."""
+    """Figure of a report with its caption."""
 
     file: Annotated[str, FileName(), Field(description="File name in the results folder, for example 'heights.png'.")]
     caption: Annotated[str, Text(), Field(description="Text below the figure.")]
 
 
 class Table(NamedTuple):
-    """Table of the report: column titles, and rows of cells."""
+    """Table of a report."""
 
     caption: str
-    header: Sequence[str]
+    header: Sequence[str]  # titles of the columns
     rows: Sequence[Sequence[str]]
 
 
 class Section(NamedTuple):
-    """Section of one experiment in the report.
+    """Section of a report on one experiment.
 
     Attributes:
         order: Position among the sections.
-        title: Title.
+        title: Title of the section.
         summary: Description of the experiment.
         figures: Figures with captions.
-        claims: Claims, each met or not.
+        claims: Claims, each met or not met.
         tables: Tables of numbers.
         remarks: Differences from the paper, with reasons.
-        finding: Outcome in one sentence; may be empty.
+        finding: Result in one sentence; may be empty.
         caution: Warning next to the finding if there are few observers; may be empty.
     """
 

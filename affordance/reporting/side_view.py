@@ -11,7 +11,7 @@ from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
 
-# Room at the edges of a picture, as a factor; height of the camera above the scene, as a share of its distance.
+# Factor for the margin of a picture, and height of the camera above the scene as a fraction of its distance.
 _MARGIN, _ABOVE = 1.12, 0.15
 _UP = np.array([0.0, 0.0, 1.0])
 # Corners of a box, in half widths.
@@ -19,16 +19,16 @@ _CORNERS = np.stack(np.meshgrid(*3 * [[-1.0, 1.0]]), axis=-1).reshape(-1, 3)
 
 
 class SideView(NamedTuple):
-    """Position and target of a camera, (3,), [m], with tangents of half its view angles."""
+    """View of a camera."""
 
-    place: Array
-    target: Array
-    wide: float
-    high: float
+    place: Array  # position of the camera, (3,), [m]
+    target: Array  # point at which the camera looks, (3,), [m]
+    wide: float  # tangent of half the horizontal view angle
+    high: float  # tangent of half the vertical view angle
 
 
 def list_corners(query: QueryObject) -> Array:
-    """Lists the corners of boxes around all drawn shapes, (N, 3), [m]."""
+    """Lists the corners of bounding boxes of all drawn shapes, (N, 3), [m]."""
     inspector = query.inspector()
     corners = []
     for frame in inspector.GetAllFrameIds():
@@ -40,7 +40,10 @@ def list_corners(query: QueryObject) -> Array:
 
 
 def find_direction(plant: MultibodyPlant, context: Context, hand: Frame) -> Array:
-    """Finds the horizontal direction from an arm's base to its hand, (3,). Without one, the direction is along x."""
+    """Computes the horizontal direction from an arm's base to its hand, (3,).
+
+    If the hand is above the base, the direction is along x.
+    """
     first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
     places = [frame.CalcPoseInWorld(context).translation() for frame in (first_joint.frame_on_parent(), hand)]
     out = (places[1] - places[0]) * [1.0, 1.0, 0.0]
@@ -49,9 +52,12 @@ def find_direction(plant: MultibodyPlant, context: Context, hand: Frame) -> Arra
 
 
 def place_camera(points: Array, out: Array, middle: Sequence[float] | Array | None = None) -> SideView:
-    """Places a camera that sees given points, (N, 3), [m]. A horizontal direction, (3,), is to the right.
+    """Places a camera so that it sees all given points.
 
-    The middle of the picture, (3,), [m], is by default the middle of the points.
+    Args:
+        points: Points to be seen, (N, 3), [m].
+        out: Horizontal unit vector that points to the right in the picture, (3,).
+        middle: Point in the middle of the picture, (3,), [m]; None for the middle of the points.
     """
     axes = np.array([out, _UP, np.cross(out, _UP)])  # to the right, up and towards the camera
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)

@@ -11,7 +11,7 @@ CONFIDENCE = 0.95
 
 
 class Estimate(NamedTuple):
-    """Mean over repeats with its 95 % interval. All arrays have the shape of one repeat's value."""
+    """Mean over repeats with its 95 % interval. Each array has the shape of a single repeat's value."""
 
     mean: Array
     low: Array
@@ -19,14 +19,14 @@ class Estimate(NamedTuple):
 
     @property
     def ci95(self) -> Array:
-        """Interval as [low, high] along a new last axis, as in metrics.json."""
+        """Interval as [low, high] along a new last axis, as stored in metrics.json."""
         return np.stack([self.low, self.high], axis=-1)
 
 
 def estimate_proportion(hits: Array, count: int) -> Estimate:
-    """Estimates a proportion from a count of hits (halves allowed), with Wilson's 95 % interval.
+    """Estimates a proportion from its number of hits, with Wilson's 95 % interval.
 
-    Wilson 1927, J. Am. Stat. Assoc. 22:209-212.
+    Halves of hits are allowed. The interval is from Wilson 1927, J. Am. Stat. Assoc. 22:209-212.
     """
     z = ndtri(0.5 + CONFIDENCE / 2.0)
     proportion = np.asarray(hits, dtype=float) / count
@@ -36,9 +36,9 @@ def estimate_proportion(hits: Array, count: int) -> Estimate:
 
 
 def estimate_mean(values: Array) -> Estimate:
-    """Estimates the mean over repeats (first axis) with Student's 95 % interval.
+    """Estimates the mean over repeats (first axis), with Student's 95 % interval.
 
-    The interval of a single repeat has zero width.
+    For a single repeat, the interval has zero width.
     """
     count = len(values)
     mean = values.mean(axis=0)

@@ -11,12 +11,10 @@ from affordance.exceptions import AffordanceError, BadValueError
 
 @contextmanager
 def blame_program(path: Path) -> Iterator[None]:
-    """Converts errors in a user's file to a BadValueError that names its line.
+    """Converts an error in a user's file to a BadValueError that names the line, even if another process raised it.
 
-    Errors may occur in this or another process.
-
-    If the error was raised outside the file, for example because of an argument that the file passed, the message
-    also names that place.
+    If the error occurred outside the file, for example because of an argument that the file passed, the message also
+    names this place.
     """
     try:
         yield
@@ -32,7 +30,7 @@ def blame_program(path: Path) -> Iterator[None]:
 
 @contextmanager
 def blame_programs(paths: Sequence[Path]) -> Iterator[None]:
-    """Converts errors of several user files to a BadValueError with file and line."""
+    """Converts an error in any of several user files to a BadValueError that names file and line."""
     try:
         yield
     except (AffordanceError, MemoryError):
@@ -45,7 +43,7 @@ def blame_programs(paths: Sequence[Path]) -> Iterator[None]:
 
 
 def _find_line(path: Path, error: BaseException) -> str:
-    """Finds the innermost line of a file in an error's traceback. The text is empty if there is none."""
+    """Finds a file's innermost line in the traceback of an error; empty if the file is not in it."""
     frames = [
         (frame.lineno, frame.name)
         for frame in traceback.extract_tb(error.__traceback__)

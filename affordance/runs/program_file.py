@@ -1,8 +1,7 @@
-"""Loads program files named on the command line.
+"""Loads Python files that users name on the command line.
 
-No other user-written code is ever run.
-
-Only options documented to do so load one (SECURITY.md); no table, memory or cache ever does.
+This is the only user-written code that is ever run. Only options that document it load such a file (SECURITY.md);
+tables, memories and caches never contain code.
 """
 
 import hashlib
@@ -17,10 +16,10 @@ from affordance.exceptions import BadValueError, show_value
 
 
 def load_program(path: Path, option: str) -> ModuleType:
-    """Runs a Python file that an option names, and returns its module.
+    """Runs the Python file that an option names, and returns its module.
 
-    Its definitions, and the modules that it imports from its folder, are sent to other processes by value, so that
-    these do not need the file. A file with the same content is run only once.
+    A file with the same content is run only once. The definitions of the file, and of modules that it imports from
+    its folder, are sent to other processes by value, so those processes do not need the files.
 
     Raises:
         BadValueError: The path is not a Python file, or running it fails.
@@ -28,7 +27,7 @@ def load_program(path: Path, option: str) -> ModuleType:
     if path.suffix != ".py" or not path.is_file():
         raise BadValueError(option, "", f"is {show_value(str(path))}, which is not a Python file")
     source, file = path.read_bytes(), path.resolve()
-    # The name contains a digest of the content, so that no process mistakes it for an earlier version.
+    # The name contains a digest of the content, so that no process uses an earlier version of the file.
     name = f"{re.sub(r'\W', '_', path.stem)}_{hashlib.sha256(source).hexdigest()[:8]}"
     known = sys.modules.get(name)
     if known is not None and known.__file__ == str(file):
@@ -37,7 +36,7 @@ def load_program(path: Path, option: str) -> ModuleType:
     module.__file__ = str(file)
     sys.modules[name] = module
     if str(file.parent) not in sys.path:
-        sys.path.append(str(file.parent))  # at the end, so that no file in the folder hides a library
+        sys.path.append(str(file.parent))  # last, so that no file in the folder hides a library
     try:
         exec(compile(source, str(file), "exec"), vars(module))
     except (Exception, SystemExit) as error:
@@ -51,7 +50,7 @@ def load_program(path: Path, option: str) -> ModuleType:
 
 
 def _describe(error: BaseException, file: Path) -> tuple[str, str]:
-    """Describes a program's error. Returns the last line of the file in its traceback, and the message."""
+    """Describes the error of a program by its line in the file and its message."""
     line, trace = getattr(error, "lineno", None) if isinstance(error, SyntaxError) else None, error.__traceback__
     while trace is not None:
         line = trace.tb_lineno if trace.tb_frame.f_code.co_filename == str(file) else line

@@ -1,7 +1,4 @@
-"""Runs repeats and other tasks in processes.
-
-Completed repeats survive an interruption.
-"""
+"""Runs repeats and other tasks in parallel processes. Completed repeats survive an interruption."""
 
 import functools
 import hashlib
@@ -36,7 +33,7 @@ from affordance.version import __version__
 
 _LOG = logging.getLogger(__name__)
 _STAMP = "belongs_to"
-# Errors that NumPy and zipfile raise for damaged archives (tests/system/test_bad_input.py damages many).
+# Errors that NumPy and zipfile raise for damaged archives, as found by tests/system/test_bad_input.py.
 _DAMAGE = (
     OSError,
     ValueError,
@@ -51,24 +48,29 @@ _DAMAGE = (
     zipfile.BadZipFile,
 )
 _PACKAGE = Path(__file__).parents[1]
-# Folders of the package that cannot affect the numbers of a repeat, because they only report.
+# Folders of the package that cannot affect the numerical results of a repeat, because they only report.
 _DECIDE_NOTHING = frozenset({"commands", "reporting"})
-# Version of an installed library. It is cached, because reading its metadata takes milliseconds.
+# Finds the version of an installed library. Reading its metadata takes milliseconds, so versions are cached.
 _find_version = functools.cache(importlib.metadata.version)
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
 def check_folder(path: Path) -> None:
-    """Checks that a folder's path is not a file or inside a file.
+    """Checks that a folder can be created at a path, without creating it.
 
-    Otherwise a BadValueError is raised. The folder is not created.
+    Raises:
+        BadValueError: The path is a file, or is inside a file.
     """
     if any(each.exists() and not each.is_dir() for each in (path, *path.parents)):
         raise BadValueError("--out", "", f"is {str(path)!r}, which is a file or is inside one, must be a folder")
 
 
 def prepare_folder(path: Path) -> Path:
-    """Creates a results folder. If this fails or it is not writable, a BadValueError is raised."""
+    """Creates a results folder.
+
+    Raises:
+        BadValueError: The folder cannot be created or is not writable.
+    """
     check_folder(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -80,21 +82,21 @@ def prepare_folder(path: Path) -> Path:
 
 
 def list_versions() -> dict[str, str]:
-    """Lists the versions of the interpreter and libraries that affect results."""
+    """Lists the versions of Python and of all libraries that can affect results."""
     versions = {name: _find_version(name) for name in _LIBRARIES}
     return {"affordance": __version__, "python": platform.python_version(), **versions}
 
 
 def compute_key(inputs: Any, models: Path | Sequence[Path], *programs: Any) -> str:
-    """Computes a digest of everything that affects a repeat.
+    """Computes a digest of everything that can affect a repeat.
 
     Args:
-        inputs: Configuration and arguments: dataclasses, numbers, texts, arrays and collections of these, functions
-            by their names, and anything else that can be pickled.
-        models: Folder of models, of which only the files that the program reads count, or files.
-        programs: Functions, classes and objects that are run. For one from elsewhere all Python files in the folder
-            of its module count, or in its package; for one without a file, as in a notebook, its code. Extensions of
-            this package are left out only for programs of the paper, which import none.
+        inputs: Configuration and arguments: dataclasses, numbers, texts, arrays, collections of these, functions (by
+            their names), and any other object that can be pickled.
+        models: Model folder, of which only the files that the program reads are included, or a list of files.
+        programs: Functions, classes and objects that are run. For a user's program, all Python files in its folder or
+            package are included; in a notebook, its code. This package's extensions are omitted if all programs
+            belong to the paper, which imports no extension.
     """
     described = json.dumps(to_plain(inputs), sort_keys=True, default=_identify)
     digest = hashlib.sha256(f"{described} {list_versions()}".encode())
@@ -126,7 +128,7 @@ def compute_key(inputs: Any, models: Path | Sequence[Path], *programs: Any) -> s
 
 
 def _identify(value: Any) -> str:
-    """Returns the name of a function or class, and a digest of any other object."""
+    """Returns the name of a function or class, or a digest of any other object."""
     if hasattr(value, "__qualname__"):
         return f"{value.__module__}.{value.__qualname__}"
     digest: str = joblib.hash(value)
@@ -134,7 +136,7 @@ def _identify(value: Any) -> str:
 
 
 def _find_module(program: Any) -> ModuleType:
-    """Finds the module of a function, a class, or an object's class. Partial functions are allowed."""
+    """Finds the module of a function, of a class, or of an object's class. Partial functions are allowed."""
     while isinstance(program, functools.partial):
         program = program.func
     return sys.modules[getattr(program, "__module__", type(program).__module__)]
@@ -148,13 +150,13 @@ def run_repeats(
     jobs: int,
     description: str,
 ) -> dict[str, NDArray[Any]]:
-    """Runs the missing repeats of a folder one at a time; see ``run_batches``."""
+    """Runs the missing repeats of a folder without batches; see ``run_batches``."""
     run_batch = functools.partial(run_each, run_repeat)
     return stack_repeats(run_batches(folder, run_batch, repeats=repeats, jobs=jobs, description=description))
 
 
 def stack_repeats(found: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
-    """Stacks arrays of equal shapes of all repeats along the first axis."""
+    """Stacks the arrays of all repeats along a new first axis. Arrays of the same name must have equal shapes."""
     return {name: np.stack([each[name] for each in found]) for name in found[0]}
 
 
@@ -168,11 +170,12 @@ def run_batches(
     unit: str = "observer",
     at_once: int = 1,
 ) -> list[dict[str, NDArray[Any]]]:
-    """Runs the missing repeats of a folder in parallel. Returns each one's named arrays.
+    """Runs the missing repeats of a folder in parallel, and returns the named arrays of each repeat.
 
     Args:
-        folder: Folder with one file per repeat; it must belong to one configuration and be named after its key.
-        run_batch: Picklable function from repeat numbers, at most ``at_once``, to the named arrays of each repeat.
+        folder: Folder with one file per repeat. It must belong to a single configuration and be named after its key.
+        run_batch: Function that runs at most ``at_once`` repeats, given their numbers, and returns the named arrays
+            of each; it can be pickled.
         repeats: Number of repeats.
         jobs: Number of processes.
         description: Label of the progress bar.
@@ -180,8 +183,8 @@ def run_batches(
         at_once: Largest number of repeats in a batch.
 
     Raises:
-        AffordanceError: If a repeat failed. All others are run and stored first, unless a part of the program cannot
-            work on this machine.
+        AffordanceError: A repeat failed. All other repeats are run and stored first, unless software that they need
+            is missing on this machine.
     """
     kept = {repeat: arrays for repeat in range(repeats) if (arrays := _load(folder, repeat)) is not None}
     missing = [repeat for repeat in range(repeats) if repeat not in kept]
@@ -197,7 +200,7 @@ def run_batches(
             if isinstance(arrays, AffordanceError):
                 failed[repeat] = arrays
                 continue
-            # Stored by this process, not by the worker, which may be on a machine without this folder.
+            # This process stores the repeat, because the worker may be on a machine without this folder.
             _keep(folder, repeat, arrays)
             kept[repeat] = arrays
             progress.update()
@@ -218,9 +221,9 @@ def run_batches(
 
 
 def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: str) -> list[T]:
-    """Runs picklable functions in parallel processes. On a terminal, there is a temporary progress bar.
+    """Runs functions that can be pickled in parallel processes, with a temporary progress bar on a terminal.
 
-    All tasks run before anything is written, so that invalid input leaves only a one-line error.
+    All tasks run before anything is written, so invalid input causes only a one-line error.
     """
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(tasks))), return_as="generator")
     results = _report_ended(parallel(joblib.delayed(task)() for task in tasks))
@@ -228,18 +231,23 @@ def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: st
 
 
 def _report_ended[T](results: Iterator[T]) -> Iterator[T]:
-    """Yields the results of processes. A process that ends before its task raises an AffordanceError."""
+    """Yields the results of processes.
+
+    Raises:
+        AffordanceError: A process ended before its task was complete.
+    """
     try:
         yield from results
     except BrokenExecutor as error:
-        problem = "a process ended unexpectedly, perhaps for lack of memory; fewer --jobs need less"
+        problem = "a process ended unexpectedly, perhaps for lack of memory; fewer --jobs need less memory"
         raise AffordanceError(problem) from error
 
 
 def end_processes() -> None:
-    """Ends the worker processes, which joblib would reuse for later repeats.
+    """Ends the worker processes, which joblib would otherwise reuse for later repeats.
 
-    Their memory grows in the next experiment; joblib would take that for a leak, replace them and warn.
+    In the next experiment, the memory of reused processes grows. joblib would treat this as a leak, replace the
+    processes and warn.
     """
     get_reusable_executor().shutdown(wait=True)
 
@@ -254,9 +262,10 @@ def run_each(
 def _run(
     run_batch: Callable[[Sequence[int]], Sequence[Mapping[str, NDArray[Any]]]], repeats: Sequence[int]
 ) -> list[tuple[int, dict[str, NDArray[Any]] | AffordanceError]]:
-    """Runs a batch of repeats, or single repeats if the batch fails.
+    """Runs a batch of repeats. If the batch fails, its repeats are run one by one.
 
-    Returns results, or the error of a failed repeat.
+    Returns:
+        For each repeat, its number and either its arrays or its error.
     """
     try:
         return [(repeat, dict(arrays)) for repeat, arrays in zip(repeats, run_batch(repeats), strict=True)]
@@ -272,7 +281,7 @@ def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None
 
 
 def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
-    """Loads a stored repeat. Returns None if it is missing. An unreadable or foreign file is quarantined."""
+    """Loads a stored repeat; None if it is missing. An unreadable or foreign file is quarantined."""
     path = _path_of(folder, repeat)
     if path.exists() and not path.is_file():
         quarantine(path, "is no file")
@@ -296,7 +305,7 @@ def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
 
 
 def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    """Computes a digest of names, types, shapes and values, to detect a changed file."""
+    """Computes a digest of names, types, shapes and values, to detect changes of a stored repeat."""
     digest = hashlib.sha256()
     for name in sorted(arrays):
         array = np.asarray(arrays[name])
@@ -306,7 +315,7 @@ def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
 
 
 def _stamp_of(folder: Path, repeat: int) -> str:
-    """Builds the stamp of a stored repeat, to detect a file from another folder."""
+    """Returns a text that identifies a repeat and its folder, to detect files from other folders."""
     return f"repeat {repeat} of {folder.name}"
 
 

@@ -1,7 +1,4 @@
-"""Simulates a blow with contact: the arm strikes a nail in Drake and returns to rest.
-
-This is the brute-force check of a blow that was planned with inner simulation.
-"""
+"""Simulates a blow with contact in Drake, as a check of blows that were planned with inner simulation."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -29,17 +26,17 @@ from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
-# Largest relative error of the peak resistance at which a blow counts as successful: the formula that plans blows
-# neglects losses in nail and contact (docs/decisions/0013-nail.md).
+# Largest relative error of the peak resistance of a successful blow. The formula for planning blows neglects losses
+# in nail and contact (docs/decisions/0013-nail.md).
 FORCE_TOLERANCE = 0.15
-# A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times as many, which
-# take a minute or two, the integrator is considered stalled.
+# Number of integrator steps after which a blow counts as stalled, which takes one or two minutes. A blow from rest to
+# rest takes 1300 to 2430 steps (docs/decisions/0013-nail.md).
 _MAX_STEPS = 200_000
 
 
 @dataclasses.dataclass(frozen=True)
 class Blow:
-    """Outcome and cost of a simulated blow."""
+    """Simulated blow with its forces and cost."""
 
     strike: Strike  # planned strike
     record: TrialRecord  # record of the arm's motion, one row per control period
@@ -60,15 +57,17 @@ class Blow:
         return float(self.nail.travel[-1])
 
     def describe_force_error(self, force: float, arm: Arm) -> str:
-        """Describes the error of the peak resistance, [N], with possible remedies.
+        """Describes the error of the peak resistance, with possible remedies; empty within the tolerance.
 
-        The text is empty within the tolerance.
+        Args:
+            force: Demanded peak resistance, [N].
+            arm: Simulated arm.
         """
         if abs(self.force / force - 1.0) <= FORCE_TOLERANCE:
             return ""
         rotors = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
         ways = []
-        # If damping stops a light wrist within a control period, the wrist does not yield to the nail.
+        # With strong damping, a light wrist stops within a control period and does not yield to the nail.
         if any(rotor.joint().default_damping_vector().any() for rotor in rotors):
             ways.append("an arm without damping (import-arm --damping none)")
         if not all(rotor.default_rotor_inertia() > 0.0 for rotor in rotors):
@@ -87,10 +86,8 @@ def simulate_blow(
 ) -> Blow:
     """Plans and simulates a blow with a gripped tool of known densities, [kg/m^3].
 
-    The log has a row per control period.
-
     Raises:
-        AffordanceError: If no swing is fast enough.
+        AffordanceError: No swing is fast enough.
     """
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)
@@ -112,10 +109,7 @@ def simulate_blow(
 
 
 def describe_blow_fault(tool: Tool, task: Hammer, planned: BlowCost, settings: Settings) -> str:
-    """Describes why a planned blow fails in simulation.
-
-    Densities are known; the text is empty if the blow succeeds.
-    """
+    """Describes why a planned blow with known densities fails in simulation; empty if it succeeds."""
     try:
         blow = simulate_blow(tool, task, planned, list_densities([tool]), settings)
     except AffordanceError as error:
@@ -127,9 +121,10 @@ def describe_blow_fault(tool: Tool, task: Hammer, planned: BlowCost, settings: S
 def run_blow(
     runner: TrialRunner, tool: Tool, strike: Strike, memory: MaterialMemory, *, seed: Seed
 ) -> tuple[TrialRecord, NailRecord]:
-    """Runs the trial of a blow, from rest to rest, like ``TrialRunner.run``.
+    """Runs the trial of a blow from rest to rest. The arguments are explained in ``TrialRunner.run``.
 
-    A stalled simulation raises a StallError.
+    Raises:
+        StallError: The integrator takes too many steps.
     """
     settings = runner.settings
     duration = strike.compute_duration(settings.mpc.horizon)
@@ -141,7 +136,7 @@ def run_blow(
     touch, leave = strike.contact
     _advance(simulator, settings.integrator.free, touch)
     _advance(simulator, settings.integrator.contact, leave)
-    # If the tool catches on the nail on its way back, the integrator of an undamped arm stalls (0013).
+    # If the tool touches the nail again during the return, the integrator of an undamped arm stalls (0013).
     monitor.stops_at_touch = True
     if not _advance(simulator, settings.integrator.free, end):
         monitor.stops_at_touch = False
@@ -151,17 +146,17 @@ def run_blow(
 
 
 class BlowMonitor:
-    """Monitor that aborts a stalled blow. The monitor stops at any contact while ``stops_at_touch`` is set."""
+    """Monitor that aborts a stalled simulation, and stops at any contact while ``stops_at_touch`` is True."""
 
     def __init__(self, plant: MultibodyPlant, tool_name: str) -> None:
-        """Stores the simulated plant, and the tool's name for messages."""
+        """Stores the plant, and the name of the tool for messages."""
         self.stops_at_touch = False
         self._plant = plant
         self._tool_name = tool_name
         self._num_steps = 0
 
     def __call__(self, context: Context) -> EventStatus:
-        """Counts a step of the integrator. Too many steps raise a StallError."""
+        """Counts an integrator step. Too many steps raise a StallError."""
         self._num_steps += 1
         if self._num_steps > _MAX_STEPS:
             raise StallError(self._tool_name, context.get_time(), _MAX_STEPS, self._list_touches(context))
@@ -173,14 +168,14 @@ class BlowMonitor:
         return self._plant.get_contact_results_output_port().Eval(self._plant.GetMyContextFromRoot(context))
 
     def _list_touches(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """Lists the pairs of bodies in contact, by name."""
+        """Lists the names of each pair of bodies in contact."""
         contacts, get_body = self._get_contacts(context), self._plant.get_body
         pairs = [contacts.point_pair_contact_info(k) for k in range(contacts.num_point_pair_contacts())]
         return tuple((get_body(pair.bodyA_index()).name(), get_body(pair.bodyB_index()).name()) for pair in pairs)
 
 
 def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
-    """Changes the integrator and advances to a time. Returns False if a monitor stopped the simulation before."""
-    config.start_time = simulator.get_context().get_time()  # otherwise the clock would be reset
+    """Sets the integrator, and simulates until a time, [s]. Returns False if the monitor stops the simulation."""
+    config.start_time = simulator.get_context().get_time()  # otherwise the time would be reset
     ApplySimulatorConfig(config, simulator)
     return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)

@@ -1,14 +1,12 @@
-"""Builds the Diagram of a presentation, the paper's figure 2.
-
-No other module connects ports.
+"""Builds the Drake Diagram of a trial (figure 2 of the paper).
 
 feature_sensor --features--> visual_prior --prior--> mpc_controller --tau--> plant --> proprioception
                              ^    `-----prior--> density_estimator <--tau, state, vdot----'
 material_memory --materials--'                     |
 ^--------------posterior, p_value------------------'     task --goal--> mpc_controller
 
-The Diagram's outputs are features, measured_tau and posterior, so that it can be part of a larger Diagram with other
-systems. Contact needs shapes, so there is a scene graph only if a tool is given. A nail is part of the plant; the
+The Diagram has output ports for features, measurements and posterior, so that it can be part of a larger Diagram. It
+has a scene graph only if a tool is given, because contact requires shapes. A nail is part of the plant. The
 resistance of the wood is a separate system.
 """
 
@@ -48,15 +46,15 @@ from affordance.vision.systems import MaterialMemorySystem, VisualPrior
 
 _LOG = logging.getLogger(__name__)
 
-# Events that are later than the end of a presentation by less than this belong to it, [s].
+# Largest delay of an event by rounding errors, [s]. Later events do not belong to the trial.
 _ROUNDING = 1e-9
 
-# Function that adds systems to a Diagram that show the plant and the belief, given the belief's port.
+# Function that adds systems for the visualisation of the plant and of the belief, given the port of the belief.
 type Display = Callable[[DiagramBuilder, MultibodyPlant, OutputPort], None]
 
 
 class NailLogs(NamedTuple):
-    """Logs of a nail for every step of the integrator."""
+    """Logs of a nail at each integrator step."""
 
     state: VectorLogSink
     acceleration: VectorLogSink
@@ -64,13 +62,13 @@ class NailLogs(NamedTuple):
 
 
 class TrialDiagram:
-    """Diagram of presentations, whose state is in the Context. One instance serves any number of presentations.
+    """Diagram of trials. All state is in the Context, so one instance can be used for many trials.
 
     Attributes:
-        diagram: The Diagram. In a larger Diagram, this attribute is replaced by the larger one.
+        diagram: The Diagram, or a larger Diagram that contains it.
         settings: Settings of the simulation.
-        arm: The simulated arm.
-        model: Model of the arm for computations, at the state and payload that were set last.
+        arm: Simulated arm.
+        model: Model of the arm for computations; it keeps the last state and payload.
         chain: Kinematic chain of the arm.
         hold: Task of holding an object in the home posture.
         is_stiff: True if damping stops a joint of the arm within a control period.
@@ -89,14 +87,14 @@ class TrialDiagram:
 
         Args:
             settings: Settings of the simulation.
-            tool: Tool whose shapes can touch a nail; None if nothing is in contact, as when an object is only held.
-            nail: Nail and its placement, if any.
+            tool: Tool whose shapes can touch a nail; None for trials without contact.
+            nail: Nail and its placement, or None.
             eye: Function that measures the features of an object; None for the eye of the settings.
-            display: Function that adds systems that show the plant, if any.
+            display: Function that adds systems for visualisation, or None.
 
         Raises:
-            ModelFileError: If the arm is unsuitable.
-            BadValueError: If a fault concerns a joint that the arm does not have.
+            ModelFileError: The arm is unsuitable.
+            BadValueError: A fault refers to an unknown joint.
         """
         builder = DiagramBuilder()
         self.settings = settings
@@ -170,7 +168,7 @@ class TrialDiagram:
         connect(plant, "net_actuation", self._proprioception, "tau")
         for name in ("tau", "state", "vdot"):
             connect(self._proprioception, f"measured_{name}", self._estimator, name)
-        # For systems of a user's own.
+        # Users can connect their own systems to these ports.
         builder.ExportOutput(self._feature_sensor.GetOutputPort("features"), "features")
         for felt in ("measured_tau", "measured_state", "measured_vdot"):
             builder.ExportOutput(self._proprioception.GetOutputPort(felt), felt)
@@ -207,15 +205,15 @@ class TrialDiagram:
         seed: Seed,
         remembered: tuple[Colour, ...] = (),
     ) -> Simulator:
-        """Prepares a presentation in a new or used Context. Returns a simulator at its start.
+        """Prepares a trial, and returns a simulator at its start.
 
         Args:
-            context: Context of the Diagram, new or used.
-            tool: Object in the hand; the plant has its true densities.
-            task: Task that is done with it.
-            memory: Belief about materials before the presentation.
+            context: New or used Context of the Diagram.
+            tool: Object in the hand, with its true densities.
+            task: Task of the controller.
+            memory: Memory before the trial.
             seed: Seed of all random draws.
-            remembered: Colours that the memory keeps after the presentation; empty for all.
+            remembered: Colours that the memory keeps after the trial; empty for all.
         """
         seed = check_seed(seed)
         self.diagram.SetDefaultContext(context)
@@ -243,11 +241,9 @@ class TrialDiagram:
         return simulator
 
     def find_end(self, duration: float) -> float:
-        """Returns the end of a presentation, [s], extended by rounding errors.
+        """Returns the end of a trial, [s], which includes periodic events that are delayed by rounding errors.
 
-        The periodic events that rounding delays are thus included.
-
-        Drake computes the time of an event as offset + k period: 0.1 + 29 x 0.1 > 3.
+        Drake computes the time of an event as offset + k period, and 0.1 + 29 x 0.1 > 3 in double precision.
         """
         settings = self.settings
         end = duration
@@ -262,17 +258,17 @@ class TrialDiagram:
         return end
 
     def finish(self, simulator: Simulator, tool: Tool, duration: float) -> TrialRecord:
-        """Advances a presentation to its end, where the memory learns. Returns its record."""
+        """Simulates until the end of the trial, updates the memory, and returns the record."""
         simulator.AdvanceTo(self.find_end(duration))
         simulator.AdvancePendingEvents()
         context = simulator.get_mutable_context()
         record = self._read_record(context, tool)
-        # The memory keeps the posterior (MaterialMemorySystem); the estimator's statistics begin anew.
+        # The events store the posterior in the memory (MaterialMemorySystem), and reset the estimator's statistics.
         self.diagram.ExecuteForcedEvents(context, publish=False)
         return record._replace(memory=self.get_memory(context))
 
     def read_nail_record(self, context: Context) -> NailRecord:
-        """Returns the record of the nail. The Diagram must have a nail."""
+        """Returns the record of the nail, which the Diagram must have."""
         logs, placement = self._nail_logs, self._nail
         assert logs is not None
         assert placement is not None
@@ -284,7 +280,7 @@ class TrialDiagram:
         return NailRecord(np.array(logs.state.FindLog(context).sample_times()), travel, rate, resistance, contact)
 
     def _read_record(self, context: Any, tool: Tool) -> TrialRecord:
-        """Reads the record of a presentation before the memory learns from it."""
+        """Reads the record of a trial, without the final update of the memory."""
         estimator_context = self._estimator.GetMyContextFromRoot(context)
         inference = self._estimator.get_inference(estimator_context)
         samples = self._estimator.get_counts(estimator_context)
@@ -292,13 +288,13 @@ class TrialDiagram:
         if self._posterior_log is not None:
             now = context.get_time()
             log = self._posterior_log.find_log(self._posterior_log.GetMyMutableContextFromRoot(context))
-            # The last sample is taken after the last entry was written.
+            # The last sample is later than the last entry of the log.
             posteriors = (*(each for each in log if each.time < now), LoggedPosterior(now, inference.posterior))
         log_x = self._state_log.FindLog(context)
         times = np.array(log_x.sample_times())
-        # If the integrator is changed during a trial, that time is logged twice, and the last row counts.
+        # If the integrator is changed during a trial, this time is logged twice. The last row is kept.
         rows = np.append(np.diff(times) > 0.0, True)
-        x = np.array(log_x.data().T)[rows]  # a copy, because the next presentation reuses the log
+        x = np.array(log_x.data().T)[rows]  # a copy, because the next trial reuses the log
         q, v = np.split(x, 2, axis=1)
         percept = None
         if samples.rejected:
@@ -315,14 +311,15 @@ class TrialDiagram:
                 num_joints=self.arm.num_joints,
                 arm=self.settings.arm,
             )
+        height_centre, height_grip, height_com = self._measure_heights(q, [tool.p_TTcentre, np.zeros(3), tool.p_TTcm])
         return TrialRecord(
             times=times[rows],
             q=q,
             v=v,
             tau=np.array(self._tau_log.FindLog(context).data().T)[rows],
-            height_centre=self._measure_height(q, tool.p_TTcentre),
-            height_grip=self._measure_height(q, np.zeros(3)),
-            height_com=self._measure_height(q, tool.p_TTcm),
+            height_centre=height_centre,
+            height_grip=height_grip,
+            height_com=height_com,
             memory=self.get_memory(context),
             log_evidence=inference.log_evidence,
             counts=self._controller.get_counts(self._controller.GetMyContextFromRoot(context)),
@@ -334,11 +331,11 @@ class TrialDiagram:
         )
 
     def _find_overloaded(self, tool: Tool, q_start: Array) -> tuple[str, ...]:
-        """Lists the joints that are too weak to hold arm and tool at rest.
+        """Lists the joints that are too weak to hold arm and tool at rest, and logs a warning if there are any.
 
-        The posture is q_start, (num_joints,), [rad].
-
-        Logs a warning if there are any.
+        Args:
+            tool: Tool with true densities.
+            q_start: Joint angles, (num_joints,), [rad].
         """
         self.model.set_payload(tool.parameters)
         self.model.set_posture(q_start)
@@ -352,19 +349,15 @@ class TrialDiagram:
             )
         return tuple(each.joint for each in overloads)
 
-    def _measure_height(self, q: Array, p_TQ: Array) -> Array:
-        """Computes the height of a tool point Q relative to its first position, (N,), [m].
-
-        Height is measured against gravity.
-        """
+    def _measure_heights(self, q: Array, points: list[Array]) -> list[Array]:
+        """Computes heights of tool points above their first positions, against gravity, (N,) each, [m]."""
         up = -self.chain.gravity_W / np.linalg.norm(self.chain.gravity_W)
-        heights = self.chain.compute_positions(q, p_TQ) @ up
-        above: Array = heights - heights[0]
-        return above
+        heights = [positions @ up for positions in self.chain.compute_positions_of(q, points)]
+        return [height - height[0] for height in heights]
 
 
 def _select_arm(builder: DiagramBuilder, arm: Arm) -> tuple[OutputPort, OutputPort]:
-    """Returns ports with the arm's state and joint accelerations. The nail, which is last, is excluded."""
+    """Returns ports for the state and accelerations of the arm's joints, without the nail."""
     plant, n = arm.plant, arm.num_joints
     state, vdot = plant.get_state_output_port(), plant.get_generalized_acceleration_output_port()
     if plant.num_velocities() == n:
@@ -382,9 +375,9 @@ def _select_arm(builder: DiagramBuilder, arm: Arm) -> tuple[OutputPort, OutputPo
 
 
 def _add_nail_resistance(builder: DiagramBuilder, arm: Arm, nail: NailPlacement) -> NailLogs:
-    """Adds the resistance of the wood, and the logs of the nail."""
+    """Adds the system for the resistance of the wood, and the logs of the nail."""
     plant = arm.plant
-    assert arm.nail is not None  # add_arm was given a nail
+    assert arm.nail is not None  # add_arm has added it
     resistance = NailResistance(nail.nail, num_velocities=plant.num_velocities(), index=arm.nail.velocity_start())
     builder.AddNamedSystem("nail_resistance", resistance)
     builder.Connect(plant.GetOutputPort("nail_state"), resistance.GetInputPort("state"))
@@ -397,7 +390,7 @@ def _add_nail_resistance(builder: DiagramBuilder, arm: Arm, nail: NailPlacement)
 
 
 def _log(builder: DiagramBuilder, port: OutputPort, name: str, period: float | None = None) -> VectorLogSink:
-    """Logs a port with a period, [s], or at every integrator step."""
+    """Adds a log of a port with a period, [s], or at each integrator step."""
     log = LogVectorOutput(port, builder) if period is None else LogVectorOutput(port, builder, period)
     log.set_name(name)
     return log

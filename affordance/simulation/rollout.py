@@ -1,4 +1,4 @@
-"""Brute-force check of inner simulation: simulates a motion with known densities."""
+"""Simulates reaching with known densities in Drake, as a check of inner simulation."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -20,11 +20,11 @@ from affordance.simulation.trial_record import TrialRecord
 
 
 class Rollout(NamedTuple):
-    """Simulated motion and its cost."""
+    """Simulated reaching motion and its cost."""
 
     work: float  # absolute work of the joints, [J]
     effort: float  # integral of |tau|^2 dt, [N^2 m^2 s]
-    path: Array  # positions of the free end, p_WF at every control period, (N, 3), [m]
+    path: Array  # position of the free end in W for each control period, (N, 3), [m]
     reference: Array  # reference positions of the free end, (N, 3), [m]
     record: TrialRecord  # record of the motion, one row per control period
 
@@ -35,7 +35,7 @@ class Rollout(NamedTuple):
 
 
 def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
-    """Simulates a reach with a gripped tool of known densities, [kg/m^3]. The log has a row per control period."""
+    """Simulates reaching with a gripped tool of known densities, [kg/m^3]."""
     tool, memory = tool.with_densities(densities), MaterialMemory.from_densities(densities)
     runner = get_runner(dataclasses.replace(settings, log_period=settings.control_period))
     trial = runner.get_diagram(tool)
@@ -47,7 +47,7 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
 
 
 def describe_path_fault(tool: Tool, path: TimedPath, settings: Settings) -> str:
-    """Describes why a simulated tool does not follow a path. Densities are known; the text is empty if it does."""
+    """Describes why a tool with known densities does not follow a path in simulation; empty if it does."""
     try:
         rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
     except AffordanceError as error:

@@ -1,4 +1,4 @@
-"""Trial: one object, one task, one presentation in the Diagram."""
+"""Runs simulated trials, each with one object and one task."""
 
 import functools
 import logging
@@ -23,15 +23,15 @@ from affordance.vision.eye import Eye
 
 _LOG = logging.getLogger(__name__)
 
-# Number of Diagrams in a runner's cache, enough for a task or two. A Diagram takes 0.1 s to build and 2 MB of memory.
+# Largest number of Diagrams in a runner's cache. A Diagram takes 0.1 s to build and 2 MB of memory.
 _MAX_DIAGRAMS = 8
-# Longest presentation, [s]; a longer one is probably in the wrong unit. Simulating a second takes 0.05 s.
+# Longest trial, [s]; longer durations probably have the wrong unit. Simulating a second takes 0.05 s.
 DURATION_MAX = 3600.0
 _MEMORIES = "MaterialMemory() knows nothing yet"
 
 
 class TrialRunner:
-    """Runner of trials, which reuses recent Diagrams with new Contexts.
+    """Runner of simulated trials with common settings.
 
     Example:
         >>> from affordance import MODELS, TrialRunner, load_tools
@@ -50,13 +50,13 @@ class TrialRunner:
         robot: ArmOwner | None = None,
         display: Display | None = None,
     ) -> None:
-        """Stores the settings, eye and robot that all trials share.
+        """Stores settings for all trials.
 
         Args:
-            settings: Settings of all simulations.
+            settings: Settings of the simulation.
             eye: Function that measures the features of an object; None for the eye of the settings.
             robot: Robot whose arm holds objects; None for the arm of the settings.
-            display: Function that adds systems to the Diagrams that show the plant; None to show nothing.
+            display: Function that adds systems for visualisation to the Diagrams; None for no visualisation.
 
         Raises:
             BadArgumentError: The settings are not a Settings object, or the robot has no arm.
@@ -77,7 +77,7 @@ class TrialRunner:
         """Returns the initial memory of an observer with the learner of the settings.
 
         Args:
-            seed: Seed of the learner's random draws, if it makes any; different for each observer.
+            seed: Seed of the learner's random draws, if it makes any. Different observers need different seeds.
 
         Raises:
             BadArgumentError: The seed is invalid.
@@ -85,7 +85,12 @@ class TrialRunner:
         return start_memory(self.settings.learner, seed)
 
     def get_diagram(self, tool: Tool | None = None, nail: NailPlacement | None = None) -> TrialDiagram:
-        """Returns the Diagram of presentations, with tool shapes and nail if given."""
+        """Builds the Diagram for trials, or returns it from the cache.
+
+        Args:
+            tool: Tool whose shapes can touch a nail; None for trials without contact.
+            nail: Nail and its placement, or None.
+        """
         shapes = () if tool is None else tool.appearance
         placement = () if nail is None else nail.key
         key = (*shapes, *placement)
@@ -99,20 +104,18 @@ class TrialRunner:
         return self._diagrams[key]
 
     def run_hold(self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: Seed = 0) -> TrialRecord:
-        """Runs a trial in which an object is held in the home posture, without contact; see ``run``."""
+        """Runs a trial in which an object is held in the home posture (``run``)."""
         return Observer(self, memory, duration=duration).hold(tool, seed)
 
     def run(self, tool: Tool, task: Task, memory: MaterialMemory, *, duration: float, seed: Seed = 0) -> TrialRecord:
         """Runs one trial with an object in the hand, starting at rest.
 
         Args:
-            tool: Object in the hand; the plant has its true densities.
-            task: Task that is done with it.
-            memory: Belief about materials at the start of the trial.
+            tool: Object in the hand, with its true densities.
+            task: Task of the controller.
+            memory: Memory at the start of the trial.
             duration: Duration of the trial, at least one sample period, [s].
-            seed: Seed of all random draws of the trial: a whole number, or several.
-
-        Returns: Record of the trial.
+            seed: Seed of all random draws: one or several integers.
 
         Raises:
             BadArgumentError: An argument has the wrong type or is out of bounds.
@@ -126,25 +129,25 @@ class TrialRunner:
 
 
 class Observer:
-    """Observer that holds objects, one after the other.
+    """Observer that holds objects in successive trials.
 
-    All presentations run in one Context. Each starts from the default state, except for the memory, which has learned
-    at the end of the previous presentation.
+    All trials use one Context. Each starts from the default state, with the memory from the end of the previous
+    trial.
     """
 
     def __init__(
         self, runner: TrialRunner, memory: MaterialMemory, *, duration: float, remembered: tuple[Colour, ...] = ()
     ) -> None:
-        """Sets the memory before the first presentation, and the duration of every presentation.
+        """Sets the initial memory, and the duration of all trials.
 
         Args:
             runner: Runner of the trials.
-            memory: Belief about materials before the first presentation.
-            duration: Duration of a presentation, at least one sample period, [s].
-            remembered: Colours that the memory keeps after a presentation; empty for all.
+            memory: Memory before the first trial.
+            duration: Duration of each trial, at least one sample period, [s].
+            remembered: Colours that the memory keeps after a trial; empty for all.
 
         Raises:
-            BadArgumentError: If the memory has the wrong type, or the duration is out of bounds.
+            BadArgumentError: The memory has the wrong type, or the duration is out of bounds.
         """
         _check_duration(duration, runner.settings)
         check_kind("memory", memory, MaterialMemory, _MEMORIES)
@@ -152,10 +155,15 @@ class Observer:
         self._context = self._trial.diagram.CreateDefaultContext()
         self._duration = duration
         self._remembered = remembered
-        self.memory = memory  # present belief about materials
+        self.memory = memory  # present memory
 
     def hold(self, tool: Tool, seed: Seed = 0) -> TrialRecord:
-        """Runs a trial in which an object is held in the home posture. The seed determines all random draws."""
+        """Runs a trial in which an object is held in the home posture.
+
+        Args:
+            tool: Object in the hand, with its true densities.
+            seed: Seed of all random draws: one or several integers.
+        """
         _check_trial(tool, self.memory)
         trial = self._trial
         simulator = trial.prepare(self._context, tool, trial.hold, self.memory, seed, self._remembered)
@@ -166,7 +174,7 @@ class Observer:
 
 @functools.lru_cache(maxsize=4)
 def get_runner(settings: Settings) -> TrialRunner:
-    """Returns this process's runner for the settings."""
+    """Returns a runner for the settings, which is cached in the process."""
     return TrialRunner(settings)
 
 

@@ -1,4 +1,4 @@
-"""Record of a trial: motion, torques and the belief after it."""
+"""Record of a trial: motion, torques and belief."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from affordance.vision.features import ComponentFeatures
 
 
 class Percept(NamedTuple):
-    """Features of an object in the hand frame, and statistics of its torques."""
+    """Features of a held object in the hand frame, and statistics of the measured torques."""
 
     object_name: str
     features: tuple[ComponentFeatures, ...]
@@ -33,20 +33,20 @@ class TrialRecord(NamedTuple):
         times: Logged times, (N,), [s].
         q: Joint angles, (N, num_joints), [rad].
         v: Joint velocities, (N, num_joints), [rad/s].
-        tau: Torques over the control period that ends at each time, zero at t = 0, (N, num_joints), [N m].
+        tau: Torques in the control period before each time, zero at t = 0, (N, num_joints), [N m].
         height_centre: Height of the tool's geometric centre above its position at t = 0, (N,), [m].
         height_grip: Height of the grip To above its position at t = 0, (N,), [m].
         height_com: Height of the true centre of mass above its position at t = 0, (N,), [m].
-        memory: Belief about all materials after the trial.
-        log_evidence: Log of the prior predictive density of the measurements.
-        counts: Numbers of control periods in which a limit was active, and in which the solver found no plan. Plans
-            do not show whether the object can be held at all, because they exist for any weight; see ``overloaded``.
-        p_value: Probability of measurements at least as surprising as these, under the belief before the trial.
+        memory: Memory after the trial.
+        log_evidence: Log prior predictive density of the measurements.
+        counts: Numbers of control periods with an active limit, and without a new plan. A plan can exist even if
+            the object is too heavy to be held (``overloaded``).
+        p_value: Predictive probability, before the trial, of measurements with at most this evidence.
         samples: Numbers of torque samples that were accepted, and that were rejected for each reason.
-        overloaded: Names of the joints that are too weak to hold arm and object at rest at the start of the trial;
-            if there are any, the arm sinks whatever the belief.
-        posteriors: Beliefs about the object during the trial, if the settings give them a log period.
-        percept: Percept of the object; None if nothing was felt.
+        overloaded: Names of joints that are too weak to hold arm and object at rest at the start of the trial. If
+            there are any, the arm sinks with any belief.
+        posteriors: Beliefs about the object during the trial, if the settings have a log period for them.
+        percept: Percept of the object; None if no torque sample was accepted.
 
     Example:
         >>> from affordance import MODELS, TrialRunner, load_tools
@@ -81,7 +81,7 @@ class TrialRecord(NamedTuple):
         return build_table("Trial", ["what", "value"], self._list_facts())
 
     def _list_facts(self) -> list[tuple[str, str]]:
-        """Lists the trial's main results as names and values."""
+        """Lists the main results as names and values."""
         rows, joints = self.q.shape
         farthest = max(self.height_centre, key=abs)
         facts = [
@@ -95,5 +95,5 @@ class TrialRecord(NamedTuple):
 
     @property
     def is_outlier(self) -> bool:
-        """True if the trial is a 5-sigma outlier: a decoy, a broken sensor, or a wrong model."""
+        """True if the trial is a 5-sigma outlier, for example with a decoy, a broken sensor or a wrong model."""
         return self.p_value < OUTLIER_P_VALUE

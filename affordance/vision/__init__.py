@@ -1,1 +1,1 @@
-"""Visual features of objects, and the resulting prior over their inertia."""
+"""Measures visual features of objects, and predicts inertia from them."""

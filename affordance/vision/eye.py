@@ -1,8 +1,8 @@
-"""Eye of an observer: measures the visual features of an object.
+"""Measures the visual features of an object.
 
-The paper assumes an algorithm that recovers the three-dimensional sizes of ellipsoids from pictures. Here the
-features are either the true ones plus errors of given standard deviation (zero by default), or they are measured in
-colour and depth pictures of the object on its stand.
+The paper assumes an algorithm that measures the three-dimensional sizes of ellipsoids in pictures. Here the features
+are either the true features plus random errors (zero by default), or they are measured in colour and depth pictures
+of the object on its stand.
 """
 
 from collections.abc import Callable
@@ -16,32 +16,36 @@ from affordance.exceptions import BadArgumentError, show_value
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures, VisionError
 
-# Function that returns the features of an object's components, given the object and a random generator for errors.
+# Function that measures the features of an object's components. The random generator is for errors.
 type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 
 
 def observe(
     tool: Tool, eye: Eye | None, error: VisionError, rng: np.random.Generator
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures an object's features with an eye. Without an eye, they are the true features with errors.
+    """Measures an object's features with an eye, or adds random errors to the true features if there is no eye.
 
     Raises:
-        SeeingError: A picture does not show the features.
+        SeeingError: The features are not visible in a picture.
     """
     return measure_features(tool, error, rng) if eye is None else eye(tool, rng)
 
 
 def check_eye(name: str, value: Any) -> Eye | None:
-    """Returns an eye, or None. Any other value raises a BadArgumentError."""
+    """Checks that a value is an eye or None, and returns it.
+
+    Raises:
+        BadArgumentError: The value is anything else.
+    """
     if value is None or callable(value):
         return cast(Eye | None, value)
     raise BadArgumentError(name, "", f"is {show_value(value)}, must be a function of an object and a generator")
 
 
 def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Returns a tool's true features plus normally distributed errors.
+    """Adds normally distributed errors to a tool's true features.
 
-    Sizes are multiplied by the exponential of their error, so they stay positive.
+    Sizes are multiplied by the exponential of their error, so they remain positive.
     """
     features = []
     for component in tool.components:
@@ -57,10 +61,7 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
 
 
 def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """Returns the features of a tool's drawing.
-
-    The features' errors are the errors of each part's volume and position.
-    """
+    """Returns the features in a tool's drawing. Their errors are errors of each part's volume and position."""
     features = []
     seen = measure_features(tool, VisionError(), np.random.default_rng(0))
     for part, drawn in zip(seen, tool.components, strict=True):

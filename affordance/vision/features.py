@@ -1,4 +1,4 @@
-"""Visual features of an object, with their errors."""
+"""Visual features of an object, and their measurement errors."""
 
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -17,10 +17,10 @@ _NONE = "the paper assumes none (IV-A)"
 
 @dataclass(frozen=True)
 class VisionError(CheckedFields):
-    """Standard deviations of the errors of measured features.
+    """Standard deviations of errors in measured features.
 
     Attributes:
-        size: Standard deviation of each axis length, relative to that length.
+        size: Standard deviation of each axis length, relative to the length.
         position: Standard deviation of each coordinate of a component's centre, [m].
         rotation: Standard deviation of a component's rotation about each axis, [rad].
     """
@@ -32,7 +32,7 @@ class VisionError(CheckedFields):
 
 @dataclass(frozen=True)
 class ComponentFeatures:
-    """Features of one component, with standard deviations (SD) of their errors."""
+    """Measured features of one component, with standard deviations (SD) of their errors."""
 
     colour: Colour  # red, green and blue in [0, 1]
     shape: Shape  # solid with the measured sizes (axis lengths), in the component's frame E
@@ -42,14 +42,14 @@ class ComponentFeatures:
     rotation_sd: float = 0.0  # SD of the rotation about each axis, [rad]
     colour_sd: float = 0.0  # SD of the colour in each direction of CIELAB; 0 if it is known exactly
     lightness_sd: float = 0.0  # SD of an additional error of lightness from illumination, in units of L*
-    # Further errors, which are correlated, from measurement in pictures, (G, 4, 4): each is an affine map minus the
-    # identity, and displaces the part's points in frame T by one SD.
+    # Correlated errors from measurement in pictures, (G, 4, 4). Each is an affine map minus the identity, which
+    # displaces the part's points in frame T by one SD.
     deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
     strikes: tuple[StrikingFace, ...] = ()  # striking faces, known without error
 
     @property
     def appearance(self) -> PartAppearance:
-        """Appearance of the component, by which the object is recognised."""
+        """Appearance of the component, for recognising the object."""
         x, y, z = (float(value) for value in self.X_TE[:3, 3])
         sizes = tuple(float(size) for size in self.shape.sizes)
         return PartAppearance(

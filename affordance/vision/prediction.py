@@ -1,8 +1,8 @@
 """Predicts an object's inertia from visual features before it is held, p(lambda | v).
 
-A component's colour selects its material, and so the belief about its density. Sizes and poses determine Phi, which
-maps densities to inertial parameters, and their errors determine its uncertainty to first order. Frames: T the tool,
-E a component.
+The colour of a component determines its material, and therefore the belief about its density. Sizes and poses
+determine Phi, which maps densities to inertial parameters, and measurement errors determine the uncertainty of Phi to
+first order. Frames: T the tool, E a component.
 """
 
 from collections.abc import Sequence
@@ -17,14 +17,17 @@ from affordance.belief.object_belief import ObjectBelief
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.vision.features import ComponentFeatures
 
-# Step of the central differences of Phi: relative for sizes, in metres for positions, in radians for rotations.
+# Step of central differences of Phi: relative for sizes, [m] for positions, [rad] for rotations.
 _STEP = 1e-5
 
 
 def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
-    """Predicts an object's inertia from visual features, a memory and a prior. The prior is for unknown materials.
+    """Predicts an object's inertia from its visual features.
 
-    The memory in the returned belief contains every colour of the object.
+    Args:
+        features: Features of each component.
+        memory: Memory of materials. The memory in the resulting belief includes all colours of the object.
+        prior: Prior for unknown materials.
     """
     recollection = memory.recall([part.appearance for part in features], prior)
     return ObjectBelief(
@@ -40,7 +43,10 @@ def measure_geometry(
 ) -> Geometry:
     """Computes Phi, (10, num_materials), and its errors.
 
-    ``material_indices`` contains the column of each component.
+    Args:
+        features: Features of each component.
+        material_indices: Column of Phi for each component.
+        num_materials: Number of materials.
     """
     Phi = build_inertia_map(
         [part.shape for part in features], [part.X_TE for part in features], material_indices, num_materials
@@ -55,8 +61,8 @@ def measure_geometry(
                 changes.append((index, sd * (plus - minus) / (2.0 * _STEP)))
         J = part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T
         for deformation in part.deformations:
-            # First-order change of det(D) D J D^T at D = I + deformation; the factor det(D) changes the mass of a
-            # solid of given density with its volume.
+            # First-order change of det(D) D J D^T at D = I + deformation. The factor det(D) accounts for the change
+            # of mass, which is proportional to volume at a given density.
             change = deformation @ J + J @ deformation.T + np.trace(deformation) * J
             changes.append((index, parameters_from_pseudo_inertia(change)))
     errors = np.zeros((len(changes), NUM_PARAMETERS, num_materials))
@@ -66,7 +72,7 @@ def measure_geometry(
 
 
 def _displace(part: ComponentFeatures, measurement: int, step: float) -> ComponentFeatures:
-    """Changes one measured feature by a step: relative for sizes, absolute otherwise."""
+    """Changes one measured feature by a small step, relative for sizes and absolute otherwise."""
     sizes = part.shape.sizes
     X_TE = np.array(part.X_TE)
     if measurement < len(sizes):

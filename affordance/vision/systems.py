@@ -1,4 +1,4 @@
-"""Drake systems for vision (paper, figure 2): visual prior, and memory of materials."""
+"""Drake systems for vision (paper, figure 2): the visual prior and the memory of materials."""
 
 from typing import Any, cast
 
@@ -39,10 +39,10 @@ class VisualPrior(SampledSystem):
 
 
 class MaterialMemorySystem(SampledSystem):
-    """Remembers the belief about materials, and updates it after each presentation (the teaching signal).
+    """Stores the belief about materials, and updates it after each presentation (the teaching signal).
 
-    The end is a forced event: when it is executed, the posterior becomes the belief, unless the measurements were too
-    improbable to learn from. The colours that are remembered after a presentation are a parameter of the Context.
+    A forced event ends a presentation: the posterior becomes the belief, unless the measurements were too improbable
+    to learn from. The colours that remain in memory after a presentation are a parameter of the Context.
 
     Input ports:
         posterior: Belief given the measurements, ObjectBelief.
@@ -55,7 +55,9 @@ class MaterialMemorySystem(SampledSystem):
     def __init__(self, memory: MaterialMemory, least_p_value: float) -> None:
         """Declares ports and the event.
 
-        The memory is the initial one; learning requires at least the given p-value.
+        Args:
+            memory: Initial memory.
+            least_p_value: Smallest p-value at which the system learns from measurements.
         """
         super().__init__()
         self._least_p_value = least_p_value

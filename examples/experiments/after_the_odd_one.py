@@ -1,4 +1,4 @@
-"""Tests if the lift after the odd object of Linear++ is harder than the others.
+"""Tests if the lift after the odd object in Linear++ is harder than the other lifts of the family.
 
 affordance run after_the_odd_one.py --repeats 12
 """
@@ -14,10 +14,7 @@ from affordance.extensions.people.participant import LiftSettings
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the mean of force less weight, [N], after the odd object and elsewhere.
-
-    Other lifts are of the family.
-    """
+    """Computes the mean of force minus weight, [N], after the odd object and in other lifts of the family."""
     error = lifts["force"] - lifts["weight"]
     is_odd = lifts["object"] == "test"
     follows = is_odd.shift(fill_value=False) & ~is_odd

@@ -1,6 +1,6 @@
-"""Counterbalanced weights in two groups: large objects are heavy or light, then a new size comes.
+"""Counterbalanced weights in two groups: large objects are heavy or light, and then a new size is lifted.
 
-Run it with Python to write counterbalanced.csv again, then
+Run this file with Python to write counterbalanced.csv again, then
 
     affordance lift --objects objects.yaml --trials counterbalanced.csv
 """
@@ -11,14 +11,11 @@ import pandas as pd
 from affordance.extensions.people.experiments.lifts import build_table, counterbalance, repeat
 
 FAMILY = ["can_60mm", "can_80mm", "can_120mm"]
-MASSES = {0: [0.4, 0.6, 0.8], 1: [0.8, 0.6, 0.4]}  # of the family in the groups "heavier" and "lighter", [kg]
+MASSES = {0: [0.4, 0.6, 0.8], 1: [0.8, 0.6, 0.4]}  # masses of the family in the groups "heavier" and "lighter", [kg]
 
 
 def design(participant: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one participant.
-
-    The first order of sizes is balanced over participants.
-    """
+    """Draws the trials of one participant. The first order of sizes is balanced over participants."""
     first = repeat(counterbalance(FAMILY, participant // 2), 1, rng, block="learn", order="fixed")
     learn = pd.concat([first, repeat(FAMILY, 7, rng, block="learn")])
     masses = dict(zip(FAMILY, MASSES[participant % 2], strict=True))

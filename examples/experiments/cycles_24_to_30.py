@@ -1,4 +1,4 @@
-"""Compares the family's lift errors in Linear+ in cycles 24 to 30 with those before.
+"""Compares the family's lift errors in Linear+ between cycles 24 to 30 and earlier cycles.
 
 affordance run cycles_24_to_30.py --repeats 12
 """
@@ -14,7 +14,7 @@ from affordance.extensions.people.participant import LiftSettings
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the mean error of the forces in two ranges of cycles, [N]."""
+    """Computes the mean force error in two ranges of cycles, [N]."""
     family = lifts[lifts["block"] == "family"]
     error = (family["force"] - family["weight"]).abs()
     late = family["cycle"].between(24, 30)

@@ -1,9 +1,9 @@
-"""Computes beliefs about a decoy's apparent material after many holds of it.
+"""Computes beliefs about the apparent material of a decoy that is held many times.
 
-The objects of Simulation I are held once, the objects of Simulation II three times; then their decoys. The second
-decoy is the twin of an honest object.
+Observers hold each object of Simulation I once, or each object of Simulation II three times. Then they hold the decoy
+of this simulation. The second decoy looks exactly like a normal object.
 
-affordance run decoys.py --repeats 200
+    affordance run decoys.py --repeats 200
 """
 
 from types import ModuleType
@@ -22,13 +22,15 @@ from affordance.extensions.people.rivals import label_learner
 from affordance.extensions.people.static_lifts import StaticLifter
 from affordance.runs.random_streams import Stream
 
-DECOYS = (0, 1, 2, 6, 12)  # holds of a decoy
+DECOYS = (0, 1, 2, 6, 12)  # numbers of holds of a decoy
 
 
 def hold(setup: Setup, learner: Learner, simulation: ModuleType, order: list[int]) -> tuple[np.ndarray, ...]:
-    """Simulates holds, and returns densities, (observers, colours), and errors.
+    """Simulates the holds of several observers.
 
-    Force error and p-value are from the last hold, (observers,).
+    Returns:
+        Densities, (observers, colours), [kg/m^3]; force errors, (observers,), [N], and p-values, (observers,), of the
+        last hold.
     """
     lifter = StaticLifter(simulation.read(setup), setup.change(learner=learner).settings)
     drawn, felt = (

@@ -1,8 +1,8 @@
-"""Size-weight illusion, material-weight illusion, and both crossed: forces and judged heaviness.
+"""Size-weight illusion, material-weight illusion, and both combined: lift forces and judged heaviness.
 
-Observers lift the family of each look ten times, and then each test object twenty times. All test objects weigh the
-same. The claims were stated before the first run; several came out wrong (docs/heaviness.md). They were stated
-without looking up published values of such studies.
+Observers lift a family of objects for each look ten times, and then each test object twenty times. All test objects
+weigh the same. The claims were stated before the first run, without looking up published values of such studies.
+Several claims were wrong (docs/heaviness.md).
 
     affordance run examples/experiments/illusions.py
 """
@@ -40,7 +40,7 @@ from affordance.reporting.claims import ClaimResult, check, claim
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import count_observers
 
-OBSERVERS = 48  # of each learner, unless another number is asked for
+OBSERVERS = 48  # default number of observers of each learner
 RADIUS, HEIGHTS = 0.0461, (0.06, 0.075, 0.105, 0.12)  # radius of all cylinders, and heights of a family, [m]
 SMALL, MIDDLE, LARGE = 0.05, 0.09, 0.13  # heights of test objects, [m]
 FAMILIAR, TESTED, LAST = 10, 20, 5  # cycles of the families and of the test objects; cycles averaged as "last"
@@ -53,7 +53,7 @@ class Illusion(NamedTuple):
 
     looks: Mapping[str, tuple[str, float]]  # colour and density of the family, [kg/m^3]
     tested: Mapping[str, tuple[str, float]]  # look, and height, [m]
-    mass: float  # of every test object, [kg]
+    mass: float  # mass of each test object, [kg]
 
 
 ILLUSIONS = {
@@ -72,7 +72,7 @@ ILLUSIONS = {
         0.52,
     ),
 }  # fmt: skip
-# Effects in the order of figure and table: design, contrast, and which ratio it is the logarithm of.
+# Effects in the order of figure and table: design, contrast, and the ratio whose logarithm is the effect.
 EFFECTS = (
     ("size_weight", "size", "small over large"),
     ("material_weight", "material", "light look over dense look"),
@@ -80,7 +80,7 @@ EFFECTS = (
     ("crossed", "material", "light look over dense look"),
     ("crossed", "interaction", "size: light look over dense look"),
 )
-# Sizes of the two illusions with an exponent of 0.1, if beliefs about the families do not change.
+# Sizes of the two illusions for an exponent of 0.1 and constant beliefs about the families.
 STATED = {"size": 0.1 * np.log(LARGE / SMALL), "material": 0.1 * np.log(2500.0 / 300.0)}
 
 
@@ -122,10 +122,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes contrasts of heaviness and force at the last lifts for each observer.
-
-    Every learner has its observers.
-    """
+    """Computes contrasts of heaviness and force in the last lifts, for each observer of every learner."""
     values: dict[str, dict[str, Array]] = {}
     for (design, learner), own in collect(setup).groupby(["design", "learner"], sort=False):
         contrasts = measure_contrasts(str(design), own)
@@ -148,10 +145,7 @@ def read(setup: Setup) -> list[list[Tool]]:
 
 
 def collect(setup: Setup) -> pd.DataFrame:
-    """Simulates all designs with observers of each learner.
-
-    Returns a row for each lift, with its ``design``.
-    """
+    """Simulates all designs with observers of each learner. Returns one row per lift, with its ``design``."""
     learners = [*list_learners(setup.settings.learner), OWN_MEMORY, OWN_AND_SHARED]
     return pd.concat(
         [run_illusion(name, setup, learners).assign(design=name) for name in ILLUSIONS], ignore_index=True
@@ -159,7 +153,7 @@ def collect(setup: Setup) -> pd.DataFrame:
 
 
 def make_objects(illusion: Illusion) -> list[Tool]:
-    """Builds a design's objects: all looks' families, then the test objects."""
+    """Builds the objects of a design: the families of all looks, and then the test objects."""
     tools = []
     for look, (colour, density) in illusion.looks.items():
         for height in HEIGHTS:
@@ -173,9 +167,9 @@ def make_objects(illusion: Illusion) -> list[Tool]:
 
 
 def make_design(illusion: Illusion) -> Design:
-    """Returns the function that draws one observer's trials.
+    """Returns the function that draws the trials of one observer.
 
-    Every second observer has the reverse test order.
+    Test objects are in reverse order for every second observer.
     """
     return partial(_draw, illusion)
 
@@ -188,29 +182,25 @@ def _draw(illusion: Illusion, observer: int, rng: np.random.Generator) -> pd.Dat
 
 
 def build_trials(name: str, participants: int, *, seed: int = 0) -> pd.DataFrame:
-    """Builds a design's trial table, for ``affordance lift`` or a laboratory."""
+    """Builds the trial table of a design, for ``affordance lift`` or a laboratory."""
     return build_table(make_design(ILLUSIONS[name]), participants, seed=seed)
 
 
 def run_illusion(name: str, setup: Setup, learners: Sequence[Learner] = ()) -> pd.DataFrame:
-    """Simulates a design, given by name, with observers of each learner.
-
-    Returns a row for each lift.
-    """
+    """Simulates a design, given by name, with observers of each learner. Returns one row per lift."""
     illusion = ILLUSIONS[name]
     return run_lifts(f"illusions/{name}", setup, make_objects(illusion), make_design(illusion), learners)
 
 
 def measure_contrasts(name: str, lifts: pd.DataFrame) -> pd.DataFrame:
-    """Computes contrasts of force and heaviness between test objects.
-
-    Contrasts are at the first lift and over the last five.
+    """Computes contrasts of force and heaviness between test objects, in the first lift and over the last five lifts.
 
     A contrast is the natural logarithm of a ratio.
 
-    Returns: A row for each observer and contrast: ``size`` (small over large), ``material`` (light over dense look),
-        and ``interaction`` (the size contrast of the light look minus that of the dense look). ``began`` is the test
-        object that came first.
+    Returns:
+        One row per observer and contrast: ``size`` (small over large), ``material`` (light over dense look), and
+        ``interaction`` (size contrast of the light look minus size contrast of the dense look). ``began`` is the
+        first test object.
     """
     rows = []
     tested = lifts[lifts["block"] == "test"]
@@ -240,16 +230,13 @@ def _contrast(name: str, logs: pd.Series) -> dict[str, float]:
 
 
 def summarise(contrasts: pd.DataFrame) -> pd.DataFrame:
-    """Computes each contrast's ``mean`` and standard error ``se``.
-
-    Rows are by design, learner, ratio (``of``) and moment.
-    """
+    """Computes ``mean`` and standard error ``se`` of each contrast, by design, learner, ratio (``of``) and moment."""
     groups = contrasts.groupby(["design", "contrast", "learner", "of", "moment"], sort=False)["value"]
     return pd.DataFrame({"mean": groups.mean(), "se": groups.sem()})
 
 
 def judge(contrasts: pd.DataFrame) -> list[ClaimResult]:
-    """Tests the claims from before the first run, learner by learner."""
+    """Tests the claims that were stated before the first run, for each learner."""
     found = summarise(contrasts)
     first, last = (found["mean"].xs(moment, level="moment") for moment in ("first", "last"))
     kinds, by_look = ("kinds_map", "kinds_drawn"), ("density", "kinds_map", "kinds_drawn", "own_and_shared")

@@ -1,35 +1,36 @@
-"""Development in stages: Simulation I with three kinds of memory, for an adult's and an infant's arm.
+"""Development in stages: Simulation I with three kinds of memory, with an adult's and an infant's arm.
 
-Mounoud and Bower (1974, Cognition 3:29-40) gave rods to infants of several ages. Here each learner stands for an age,
-as a rung of a ladder. Each rung makes a testable prediction about its age:
+Mounoud and Bower (1974, Cognition 3:29-40) gave rods to infants of several ages. Here each learner represents an age,
+as a rung of a ladder, and makes a testable prediction about this age:
 
-nothing_remembered every hold begins at the prior, and is forgotten afterwards own_memory remembers each object's own
-density, from its second hold on density remembers one density per look: what rods of that colour weighed
+    nothing_remembered: every hold begins with the prior, and is then forgotten
+    own_memory: the density of each object is remembered, from its second hold on
+    density: one density per look is remembered, from all rods of that colour
 
-The four rods of Simulation I are held from short to long, each twice in a row. Then two decoys follow, both made of
-beech but looking like brass: one has the length of the longest rod, one a length never held (22.5 cm). Each decoy is
-held with the memory that the rods left. The measure is the largest excursion of the object's centre within one
-second: by then the arm of Simulation I has sunk farthest, and has risen to within 0.1 mm of its highest point.
+The four rods of Simulation I are held from short to long, each twice in a row. Then follow two decoys, which are made
+of beech but look like brass. One has the length of the longest rod, and one has a new length (22.5 cm). Each decoy is
+held with the memory after the rods. The outcome measure is the largest excursion of the object's centre within one
+second. In this time the arm of Simulation I reaches its lowest point, or comes within 0.1 mm of its highest point.
 
-The infant's arm (models/infant.sdf) cannot hold rods of 15 cm or more at arm's length: they load its wrist with up to
-2.4 times its effort limit, whatever is believed. Its rods are therefore scaled in length by the ratio of the two
-reaches (0.44). The smallest torque that it feels is scaled like its effort limits (by 0.125), because both are
-torques.
+The infant's arm (models/infant.sdf) cannot hold rods of 15 cm or more at arm's length: regardless of the belief, they
+load its wrist with up to 2.4 times its effort limit. Its rods are therefore scaled in length by the ratio of the two
+reaches (0.44). Its smallest felt torque is scaled in the same way as its effort limits (by 0.125).
 
-Predictions for means over observers, with either arm, stated before the first run:
+Predictions for means over observers, with either arm, were stated before the first run:
 
-1. Nothing remembered: the arm sinks with every rod, farther with a longer one, and equally far in both holds of a
-   rod. Both decoys rise, because beech is less dense than the mode of the prior, but by less than a quarter of their
-   rise with rung 3.
-2. Own memory: in the first hold of each rod the arm sinks as if nothing were remembered; in the second hold the
-   excursion is less than half as large. The decoy that looks like the longest rod is mistaken for it, and rises at
-   least half as far as with rung 3; the decoy of a new length rises less than a quarter as far as with rung 3.
-3. Density by look: only the first hold of the first rod goes wrong. The excursions in the first holds of all other
-   rods are less than half as large. Both decoys rise.
-4. The infant's arm does the same as the adult's, but the ratio of second to first excursions is larger: its rods are
-   lighter relative to the smallest torque that it feels, so one hold is less informative.
+1. Nothing remembered: the arm sinks with every rod, farther with longer rods, and equally far in both holds of a rod.
+   Both decoys rise, because beech is less dense than the mode of the prior, but by less than a quarter of their rise
+   with rung 3.
+2. Own memory: in the first hold of each rod, the arm sinks as in rung 1. In the second hold the excursion is less
+   than half as large. The decoy that looks like the longest rod is mistaken for it, and rises at least half as far as
+   with rung 3. The decoy of a new length rises less than a quarter as far as with rung 3.
+3. Density by look: only the first hold of the first rod has a large error. The excursions in the first holds of all
+   other rods are less than half as large. Both decoys rise.
+4. The infant's arm gives the same results, but the ratio of second to first excursions is larger. Its rods are
+   lighter relative to its smallest felt torque, so one hold is less informative.
 
-So a decoy that looks like a held rod cannot distinguish rung 2 from rung 3; the first hold of a new rod can.
+Therefore a decoy that looks like a held rod cannot distinguish rung 2 from rung 3, but the first hold of a new rod
+can.
 
     affordance run examples/experiments/ladder.py
 """
@@ -65,14 +66,14 @@ from affordance.reporting.figures import DECOY_COLOUR, FONT_SIZE, OBJECT_COLOURS
 from affordance.reporting.formatting import count_observers
 from affordance.simulation.trial import Observer, get_runner
 
-OBJECTS = "tools/ladder.yaml"  # in the folder of models; the last two are the decoys
-INFANT = "infant.dmd.yaml"  # in the folder of models
+OBJECTS = "tools/ladder.yaml"  # file in the model folder; the last two objects are the decoys
+INFANT = "infant.dmd.yaml"  # file in the model folder
 RUNGS = (NOTHING_REMEMBERED, OWN_MEMORY, DENSITY)
-DURATION = 1.0  # of each hold, [s]
+DURATION = 1.0  # duration of each hold, [s]
 ARMS = ("adult", "infant")
-# What infants did at the age that each learner stands for. Sources: Bower 1974, Development in Infancy, on motor
-# behaviour; for nine and twelve months a translation was read; eighteen months is cited from memory, unchecked.
-# Mounoud and Bower's article was not read. The paper (I, IV-A) puts the last rung at nine months.
+# Behaviour of infants at the age that each learner represents. The source is Bower 1974, Development in Infancy, on
+# motor behaviour. A translation was read for nine and twelve months; eighteen months is cited from memory and not
+# checked. Mounoud and Bower's article was not read. In the paper (I, IV-A), the last rung is at nine months.
 AGES = {
     "nothing_remembered": ("9 months", "the arm drops each time, even when the object was given several times"),
     "own_memory": ("12 months", "the drop is gone when the object is given again"),
@@ -130,7 +131,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the results of each observer for every learner; names begin with the arm."""
+    """Computes the results of each observer of every learner. The name of each result begins with the arm."""
     data = collect(setup)
     return ObserverNumbers(
         {
@@ -166,7 +167,7 @@ def find_reach(arm: Path) -> float:
 
 
 def compare_strength(setup: Setup) -> float:
-    """Computes the median ratio of effort limits, infant's arm over adult's."""
+    """Computes the median ratio of the infant's effort limits to the adult's."""
     infant, adult = (load_arm(each).limits.tau_max for each in (setup.models / INFANT, setup.settings.arm))
     return float(np.median(infant / adult))
 
@@ -174,7 +175,7 @@ def compare_strength(setup: Setup) -> float:
 def set_up_arm(setup: Setup, arm: str) -> Setup:
     """Returns the setup for an arm.
 
-    The infant's smallest felt torque is scaled with its effort limits.
+    The infant's smallest felt torque is scaled in the same way as its effort limits.
     """
     if arm == "adult":
         return setup
@@ -187,7 +188,7 @@ def set_up_arm(setup: Setup, arm: str) -> Setup:
 
 
 def list_rungs(setup: Setup) -> list[Learner]:
-    """Lists the learners of all rungs, and the learner of the settings if it differs."""
+    """Lists the learners of all rungs, and the learner in the settings if it is a different learner."""
     return [*{each.name: each for each in (*RUNGS, setup.settings.learner)}.values()]
 
 
@@ -216,7 +217,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
         befores.append(hand.memory)
         records.append(hand.hold(rod, seed=(setup.seed, observer, trial)))
     learned = hand.memory
-    for each in (decoy, new_decoy):  # each with the memory of the rods only
+    for each in (decoy, new_decoy):  # each decoy is held with the memory after the rods
         hand = Observer(get_runner(setup.settings), learned, duration=DURATION)
         befores.append(hand.memory)
         records.append(hand.hold(each, seed=(setup.seed, observer, len(held))))
@@ -235,7 +236,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Computes the largest signed excursions for each observer of a learner, [m]."""
+    """Computes the largest signed excursions, [m], for each observer of a learner."""
     excursion = find_excursion(data.height)
     rods = excursion.isel(trial=slice(-2))
     return {
@@ -247,7 +248,7 @@ def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def summarise(data: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Summarises results over observers for each learner and arm, as in metrics.json."""
+    """Computes summaries over observers for each learner and arm, as in metrics.json."""
     summary = {}
     for learner in data.learner.values:
         found = measure(data.sel(learner=learner))
@@ -260,7 +261,7 @@ def summarise(data: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 
 def describe_arms(setup: Setup, tools: Mapping[str, Sequence[Tool]]) -> dict[str, Any]:
-    """Returns reach, strength and masses of the rods for each arm, as in metrics.json."""
+    """Returns reach, strength and rod masses for each arm, as in metrics.json."""
     return {
         "reach_m": {arm: find_reach(set_up_arm(setup, arm).settings.arm) for arm in ARMS},
         "mass_true": {arm: [tool.mass for tool in tools[arm]] for arm in ARMS},
@@ -269,7 +270,7 @@ def describe_arms(setup: Setup, tools: Mapping[str, Sequence[Tool]]) -> dict[str
 
 
 def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]:
-    """Tests the predictions for each arm, with bounds stated before the first run."""
+    """Tests the predictions for each arm. Their bounds were stated before the first run."""
 
     def compare(text: str, value: Any, **bounds: float) -> list[Criterion]:
         return [check(f"{text}, {arm}'s arm", value(n[arm]), NONE, **bounds) for arm in ARMS]
@@ -313,10 +314,7 @@ def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]
 
 
 def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
-    """Describes the first hold of the longest rod.
-
-    This hold separates memory of looks from memory of objects.
-    """
+    """Describes the first hold of the longest rod, which distinguishes memory of looks from memory of objects."""
     return [
         f"{label_learner(learner)}: the longest rod, held for the first time, moves by"
         f" {100.0 * found['first_m'][-1]:+z.1f} cm (adult's arm)"
@@ -325,7 +323,7 @@ def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
 
 
 def tabulate(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> pd.DataFrame:
-    """Tabulates the excursions of infants and of each learner, adult's arm / infant's arm, [cm]."""
+    """Tabulates the behaviour of infants, and each learner's excursions with the adult's / the infant's arm, [cm]."""
     rows = {}
     for learner in n["adult"]:
         age, did = AGES.get(learner, ("", ""))
@@ -383,7 +381,7 @@ def _draw_excursions(panel: Axes, found: Mapping[str, Any]) -> None:
 def tabulate_lifts(data: xr.Dataset, tools: Sequence[Tool], learner: str, arm: str) -> pd.DataFrame:
     """Tabulates all holds of a learner with an arm.
 
-    Observers with the infant's arm are numbered after the adult's.
+    Observers with the infant's arm are numbered after the observers with the adult's arm.
     """
     rods, observers = len(tools) - 2, data.sizes["observer"]
     held = np.array([*np.repeat(np.arange(rods), 2), rods, rods + 1])

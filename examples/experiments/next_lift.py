@@ -1,14 +1,13 @@
-"""Choice of the next object after an odd one, and of when to stop.
+"""Choice of the next object after an odd one, and of the time to stop.
 
-The design is not yet tested with people.
+The design has not been tested with people. Observers first hold a rod of steel and a rod of beech, and then an odd
+rod, which looks like steel but is made of beech. From then on they choose the next object: another rod that looks
+like steel, another rod of beech, or a rod or block of brass, although no tool is made of brass. They know their
+tasks: to grip a stick and a hammer, both made of steel and beech, for reaching and for driving a nail.
 
-A rod of steel and a rod of beech become familiar. Then observers hold an odd rod: it looks like steel but is made of
-beech. From then on they choose what to hold: another rod that looks like steel, another rod of beech, or a rod or a
-block of brass, a material of which no tool is made. They know the tasks: to grip a stick and a hammer, both of steel
-and beech, for reaching and for driving a nail. Expected: observers who value a hold by its use for these tasks are
-uncertain about the steel look, because two rods with that look differ. They lift the third such rod next, and then
-stop. The first two claims were written before any result was seen; the third after the simulation, but before any
-data of people.
+Expected: observers that value holds by their use for these tasks are uncertain about the density of objects that look
+like steel, because two such rods differ. They next lift the third such rod, and then stop. The first two claims were
+written before any result was seen, and the third after the simulation but before any data from people.
 
     affordance run examples/experiments/next_lift.py
 """
@@ -46,13 +45,13 @@ from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import measure_drawing
 
-# Files in the folder of models; the first two tools are a stick and a hammer.
+# Files in the model folder. The first two tools are a stick and a hammer.
 OBJECTS, TOOLS = "tools/next_lift.yaml", "tools/novel.yaml"
 TASKS = ("reach", "hammer")
 FAMILIAR = ("rod of steel", "rod of beech")
 ODD, LIKE_IT, BRASS = "odd rod", "third rod of steel look", ("rod of brass", "block of brass")
-DURATION = 1.0  # of each hold, [s]
-SAMPLES = 1000  # samples of the belief by which an observer chooses
+DURATION = 1.0  # duration of each hold, [s]
+SAMPLES = 1000  # number of samples of the belief with which an observer chooses
 CAPTION = (
     "Mean order of lifts, counted from the odd rod. If the other four came in random order, the third rod of steel "
     "look would be lifted in lift 3.5 on average, and next in a quarter of cases."
@@ -110,7 +109,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner."""
+    """Computes the outcome measures of each observer of every learner."""
     things, _ = read(setup)
     data = collect(setup)
     return ObserverNumbers(
@@ -119,7 +118,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool]]:
-    """Loads the objects, and the tools for the choice of grips."""
+    """Loads the objects, and the tools whose grips are chosen."""
     things, tools = read_tools(setup.models, OBJECTS), read_tools(setup.models, TOOLS)[:2]
     check_can_be_held(setup.models / OBJECTS, things, setup.settings)
     return things, tools
@@ -138,10 +137,11 @@ def collect(setup: Setup) -> xr.Dataset:
 def hold(
     setup: Setup, things: Sequence[Tool], observer: int
 ) -> tuple[list[int], list[MaterialMemory], list[TrialRecord], list[bool]]:
-    """Simulates one observer's holds: familiar rods, the odd rod, then chosen objects.
+    """Simulates the holds of one observer: familiar rods, the odd rod, and then chosen objects.
 
-    Returns: Index of the object in each trial; memories before the first trial and after each; records; and for each
-        trial whose object is chosen, whether the observer would rather have stopped before it.
+    Returns:
+        Index of the object in each trial; memories before the first and after each trial; records; and for each trial
+        with a chosen object, True if the observer would have stopped before it.
     """
     settings, runner = setup.settings, get_runner(setup.settings)
     names = [thing.name for thing in things]
@@ -176,9 +176,10 @@ def hold(
 def choose(
     offered: Sequence[Tool], things: Sequence[Tool], memory: MaterialMemory, setup: Setup, seed: tuple[int, ...]
 ) -> tuple[int, bool]:
-    """Chooses the object whose hold is worth most for the tasks.
+    """Chooses the object that is most useful to hold for the tasks.
 
-    Returns: Place of the chosen object among ``offered``, and True if no object is worth holding.
+    Returns:
+        Index of the chosen object in ``offered``, and True if no object is worth holding.
     """
     _, tools = read(setup)
     options = [
@@ -201,10 +202,7 @@ def choose(
 
 
 def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Simulates one observer.
-
-    Returns its holds, its stopping point, and their results.
-    """
+    """Simulates one observer. Returns its holds, its stopping trial, and their results."""
     order, memories, records, stopped = hold(setup, things, observer)
     return xr.Dataset(
         {
@@ -220,7 +218,7 @@ def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset, things: Sequence[Tool]) -> dict[str, xr.DataArray]:
-    """Computes the numbers of each observer. The odd rod is lift 1."""
+    """Computes the outcome measures of each observer. The odd rod is lift 1."""
     names = [thing.name for thing in things]
     objects = data.object.isel(trial=slice(len(FAMILIAR), None))
     place = xr.DataArray(np.arange(1.0, objects.sizes["trial"] + 1.0), dims="trial")
@@ -235,7 +233,7 @@ def measure(data: xr.Dataset, things: Sequence[Tool]) -> dict[str, xr.DataArray]
 
 
 def summarise(each: Mapping[str, xr.DataArray]) -> dict[str, Any]:
-    """Summarises the numbers over observers, as in metrics.json."""
+    """Computes summaries of the outcome measures over observers, as in metrics.json."""
     return {
         **with_interval("place_of_like", each["place_of_like"]),
         **with_interval("like_next", each["like_next"].astype(float)),
@@ -284,7 +282,7 @@ def tabulate_lifts(data: xr.Dataset, things: Sequence[Tool]) -> pd.DataFrame:
 
 
 def draw_things(things: Sequence[Tool]) -> Any:
-    """Draws the objects to choose from.
+    """Draws the objects among which observers choose.
 
     The first, the odd rod, is drawn as it looks and as it is made.
     """

@@ -1,6 +1,4 @@
-"""Example of a statistic with its plot: slope of force over weight in Linear+.
-
-Each observer has one number.
+"""Example of a statistic with its plot: the slope of force over weight in Linear+, one value per observer.
 
 affordance run own_statistic.py --repeats 12
 """
@@ -20,10 +18,7 @@ from affordance.extensions.people.participant import LiftSettings
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the slope of force over weight in the family's first cycles.
-
-    The slope is 1 for an observer who knows all weights.
-    """
+    """Computes the slope of force over weight in the family's first cycles. It is 1 if all weights are known."""
     family = lifts[(lifts["block"] == "family") & (lifts["cycle"] <= 3)]
     slope, _ = np.polyfit(family["weight"], family["force"], 1)
     return pd.Series({"slope": slope})

@@ -1,4 +1,4 @@
-"""Example of exclusion: observers who did not learn the family are replaced.
+"""Example of exclusion: observers that have not learned the family are replaced.
 
 affordance run replaced_participants.py --repeats 12
 """
@@ -14,21 +14,18 @@ from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.experiments.lifts import run_lifts, summarise_lifts
 
-OBSERVERS, MOST = 12, 100  # observers to analyse, and most of those who are tested
-LIMIT = 0.02  # largest mean error in the third cycle of the family, as a share of the weight; people would need more
+OBSERVERS, MOST = 12, 100  # number of analysed observers, and largest number of tested observers
+LIMIT = 0.02  # largest mean error in the family's third cycle, relative to weight; people need a larger value
 
 
 def has_learned(lifts: pd.DataFrame) -> bool:
-    """Returns True if the third cycle's forces follow the family's weights.
-
-    The lifts are one observer's or person's.
-    """
+    """Returns True if the forces of one observer or person follow the family's weights in the third cycle."""
     last = lifts[(lifts["block"] == "family") & (lifts["cycle"] == 3)]
     return bool(((last["force"] - last["weight"]).abs() / last["weight"]).mean() <= LIMIT)
 
 
 def collect(setup: Setup) -> tuple[pd.DataFrame, int]:
-    """Simulates observers until enough have learned. None is run twice."""
+    """Simulates observers until enough of them have learned. No observer is simulated twice."""
     tools, tested = linear.make_objects("linear_plus_plus"), setup.observers
     while True:
         more = replace(setup, observers=tested)

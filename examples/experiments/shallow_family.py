@@ -1,8 +1,9 @@
 """Tests which learners can learn a family whose weight is linear in volume, with an offset.
 
-The weight of five cylinders of one look is .45 kg plus .75 g/cm^3 times volume, so small cylinders are denser than
-large ones. Learners by density alone make lasting errors: with one density, small cylinders seem too light and large
-ones too heavy. A memory of each object does not err. Nobody has done this experiment yet; it goes with ``two_ends``.
+Five cylinders of one look weigh .45 kg plus .75 g/cm^3 times volume, so small cylinders are denser than large
+cylinders. Learners that use only density make lasting errors: with a single density, small cylinders seem too light
+and large cylinders too heavy. A memory of each object makes no lasting errors. Nobody has done this experiment yet.
+It is meant to be combined with ``two_ends``.
 
     affordance run examples/experiments/shallow_family.py
 """
@@ -24,8 +25,8 @@ from affordance.objects.tool import Tool
 from affordance.reporting.formatting import count_observers
 
 RADIUS, HEIGHTS = 0.0461, (0.06, 0.075, 0.09, 0.105, 0.12)  # [m]
-INTERCEPT, DENSITY = 0.45, 750.0  # mass at volume zero, [kg], and its increase with volume, [kg/m^3]
-CYCLES, LAST = 40, 16  # cycles of all objects; cycles at the end that are averaged
+INTERCEPT, DENSITY = 0.45, 750.0  # mass at zero volume, [kg], and its increase with volume, [kg/m^3]
+CYCLES, LAST = 40, 16  # number of cycles of all objects, and number of final cycles that are averaged
 SMALLEST, LARGEST = (f"cylinder_{1000 * each:.0f}mm" for each in (HEIGHTS[0], HEIGHTS[-1]))
 MEANINGS = {
     "smallest": "force over weight, minus one, smallest cylinder, last 16 lifts",
@@ -35,7 +36,7 @@ MEANINGS = {
 
 
 def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Describes the results: texts, claims and figures."""
+    """Describes the results in texts, claims and figures."""
     return {
         "title": "A family whose weight grows with size from an offset",
         "summary": (
@@ -68,12 +69,12 @@ def make_objects() -> list[Tool]:
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws one observer's trials: cycles of all objects in random order."""
+    """Draws the trials of one observer: cycles of all objects in random order."""
     return repeat([f"cylinder_{1000 * each:.0f}mm" for each in HEIGHTS], CYCLES, rng, block="all")
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer or person from its lifts in order."""
+    """Computes the outcome measures of one observer or person from its lifts in order."""
     means = {
         name: lifts.loc[lifts["object"] == name, ["force", "weight"]].tail(LAST).mean()
         for name in (SMALLEST, LARGEST)
@@ -89,10 +90,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def list_all_learners(setup: Setup) -> Sequence[Learner]:
-    """Lists all learners.
-
-    A memory of each object does not err here.
-    """
+    """Lists all learners, including the memory of each object, which makes no lasting errors here."""
     return [*list_learners(setup.settings.learner), *RIVALS.values()]
 
 

@@ -1,12 +1,11 @@
-"""Tests if one odd member spoils a family.
+"""Tests if one odd member spoils a family. This design is ours and has not been tested with people.
 
-This design is ours and not yet tested with people.
+Four cylinders of one look become familiar. Then an odd object of the same look is lifted six times in a row. Its size
+is between theirs, but it weighs a third of the mass predicted from its size. Then the family is lifted again.
 
-Four cylinders of one look become familiar. Then an odd object of the same look, with a size between theirs, is lifted
-six times in a row; it weighs a third of its size's prediction. Then the family is lifted again. Expected: with one
-density for each colour, observers lift the whole family as if it had become lighter; with kinds, they lift the odd
-object correctly from its second lift on, and the family as before. The design was made before any result was seen; of
-three such designs, this and ``two_families`` were kept because learners differed most in them.
+Expected: with one density per colour, observers lift the whole family as if it had become lighter. With kinds, they
+lift the odd object correctly from its second lift on, and the family as before. The design was made before any result
+was seen. Of three such designs, this design and ``two_families`` were kept, because learners differed most in them.
 
     affordance run examples/experiments/spoilt_family.py
 """
@@ -29,7 +28,7 @@ from affordance.reporting.formatting import count_observers
 
 FAMILY = {"family_60mm": 0.06, "family_75mm": 0.075, "family_105mm": 0.105, "family_120mm": 0.12}  # heights, [m]
 RADIUS, DENSITY = 0.0461, 10.0  # radius of all cylinders, [m], and mass of the family by height, [kg/m]
-ODD_HEIGHT, ODD_MASS = 0.09, 0.3  # height, [m], and mass, [kg], of the odd object; its size predicts 0.9 kg
+ODD_HEIGHT, ODD_MASS = 0.09, 0.3  # height, [m], and mass, [kg], of the odd object, for which its size predicts 0.9 kg
 SOURCE = "Cesanek and others 2021: SD of Linear+ and Linear++ pooled, by the published intervals"
 SPREADS = {
     "odd_first_N": PeopleSpread(1.95, f"{SOURCE}, first lift of one object"),
@@ -49,7 +48,7 @@ MEANINGS = {
 
 
 def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Describes the results: texts, claims and figures."""
+    """Describes the results in texts, claims and figures."""
     shares = [f"{found['spoilt']:.0%} ({label_learner(learner)})" for learner, found in numbers["learners"].items()]
     return {
         "title": "Does one odd member spoil a family?",
@@ -91,16 +90,13 @@ def make_objects() -> list[Tool]:
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists the SDs between people.
-
-    The share's SD is computed from the force's.
-    """
+    """Lists the SDs between people. The SD of the relative deficit is computed from the SD of the force."""
     share = SPREADS["family_after_N"].sd / means["family_weight_N"]
     return {**SPREADS, "spoilt": PeopleSpread(share, "calculated from the others")}
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws one observer's trials: the family, six lifts of the odd object, the family again."""
+    """Draws the trials of one observer: the family, six lifts of the odd object, and the family again."""
     return pd.concat(
         [
             repeat([*FAMILY], 10, rng, block="family"),
@@ -111,7 +107,7 @@ def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer or person from its lifts in order."""
+    """Computes the outcome measures of one observer or person from its lifts in order."""
     odd, family = lifts[lifts["object"] == "odd"], lifts[lifts["object"] != "odd"]
     after, weight = family["force"].tail(4).to_numpy().mean(), family["weight"].tail(4).to_numpy().mean()
     return pd.Series(

@@ -1,14 +1,16 @@
-"""Tests by which end people hold a stick of two unknown materials, to reach and to hit.
+"""Tests which end of a stick of two unknown materials people choose to hold, to reach and to hit.
 
-A participant sees two new colours; one belongs to a material eleven times as dense as the other. Both are felt only
-in the two objects of Simulation II, of equal weight, with their steel far from or near the hand. After 0, 1, 2 and 6
-lifts the participant points to an end of a novel stick of both materials, once to reach along a path and once to hit
-a nail; the stick is never lifted. Nobody has done this yet. Expected: choices are at chance at first; later the share
-of right choices depends on the learner. ``read_choices`` reads the answers from a filled data sheet.
+A participant sees two new colours. One belongs to a material that is eleven times as dense as the other. Participants
+can only feel these materials in the two objects of Simulation II, which weigh the same, with their steel far from or
+near the hand. After 0, 1, 2 and 6 lifts, the participant points to one end of a novel stick of both materials, once
+to reach along a path and once to hit a nail. The stick is never lifted. Nobody has done this experiment yet.
+
+Expected: choices are at chance at first; later the proportion of correct choices depends on the learner.
+``read_choices`` reads the answers from a completed data sheet.
 
     affordance run examples/experiments/two_ends.py
 
-The trial table is frozen before anybody takes part: any change of its SHA-256 is an error.
+The trial table was frozen before anybody took part. A change of its SHA-256 is an error.
 """
 
 import math
@@ -49,27 +51,24 @@ from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.statistics import estimate_proportion
 
 PARTICIPANTS = 48  # six for each of the eight orders
-COLOURS = {"blue": "#3f7fbf", "orange": "#c06a30"}  # either may be the colour of the dense material
+COLOURS = {"blue": "#3f7fbf", "orange": "#c06a30"}  # each can be the colour of the dense material
 ASKED = (0, 1, 2, 6)  # numbers of lifts after which an end is chosen for both tasks
 TASKS = ("reach", "hammer")
-SEED = 20261127  # of the trial table only
+SEED = 20261127  # seed of the trial table only
 FROZEN = "af41ac041244c904c8506824be9db914c16e57dfe44a3e0b93c849ee0dcc8106"  # SHA-256 of the trial table as CSV
-# Columns of the data sheet that the experimenter fills in.
+# Columns of the data sheet that the experimenter completes.
 FILLED_IN = ("chosen_end", "push_N", "response_time", "remark")  # response_time in seconds, as in BIDS
 INSTRUCTIONS = {
     "": "Lift the object as in practice, and put it down.",
     "reach": "Point to the end, left or right, by which you would hold the stick to reach along the path with it.",
     "hammer": "Point to the end, left or right, by which you would hold the stick to hit the nail with it.",
 }
-ALPHA, POWER = 0.05, 0.8  # of one-sided tests
-MOST_EXACT = 200  # most participants (per group) for which tests are exact
+ALPHA, POWER = 0.05, 0.8  # significance level and power of one-sided tests
+MOST_EXACT = 200  # largest number of participants (per group) for which tests are exact
 
 
 def build_trials() -> pd.DataFrame:
-    """Builds the trial table.
-
-    Dense colour, first object and first task are balanced, and sides are random.
-    """
+    """Builds the trial table. Dense colour, first object and first task are balanced, and sides are random."""
     rng, tables = np.random.default_rng(SEED), []
     places = np.concatenate([rng.permutation(8) for _ in range(PARTICIPANTS // 8)])
     for participant, place in enumerate(places, start=1):
@@ -95,7 +94,7 @@ def build_trials() -> pd.DataFrame:
 
 
 def build_data_sheet() -> pd.DataFrame:
-    """Builds the data sheet: numbered instructions, with empty columns to fill in."""
+    """Builds the data sheet: numbered instructions, and empty columns for the experimenter."""
     table = build_trials()
     table.insert(1, "trial", table.groupby("participant").cumcount() + 1)
     table["instruction"] = table["task"].map(INSTRUCTIONS)
@@ -125,9 +124,9 @@ def make_objects(models: Path) -> list[Tool]:
 
 
 def read(setup: Setup) -> TrialTable:
-    """Reads the frozen table's rows of the first participants.
+    """Reads the rows of the first participants in the frozen table.
 
-    Checks that the arm can hold all objects.
+    This checks that the arm can hold all objects.
     """
     trials = build_trials()
     if (found := hash_trials(trials)) != FROZEN:
@@ -139,17 +138,14 @@ def read(setup: Setup) -> TrialTable:
 
 
 def collect(setup: Setup) -> pd.DataFrame:
-    """Simulates the trials with observers of each learner.
-
-    Returns their choices, with ``right`` for the right end.
-    """
+    """Simulates the trials with observers of each learner. Returns choices, with ``right`` for correct choices."""
     arm = load_arm(setup.settings.arm)
     tasks = {task: load_task(setup.models, task, arm) for task in TASKS}
     repeats = max(1, math.ceil(setup.observers / PARTICIPANTS))
     experiment = TableExperiment("two_ends", read(setup), tasks, repeats, tuple(_list_learners(setup)))
     lifts = experiment.collect(setup)
     chosen = lifts[lifts["do"] == "choose"].copy()
-    # The stick is easier to move with its mass near the hand, and hits with less work with its mass far from it.
+    # The stick is easier to move with its mass near the hand, and needs less work to hit with its mass far from it.
     chosen["right"] = chosen["chosen"] == chosen["task"].map({"reach": "dense", "hammer": "light"})
     chosen["lifts"] = chosen["phase"].str.removeprefix("after ").astype(int)
     return chosen
@@ -160,11 +156,9 @@ def _list_learners(setup: Setup) -> Sequence[Learner]:
 
 
 def read_choices(path: Path) -> pd.DataFrame:
-    """Reads the choices of a filled data sheet, a row for each answer.
+    """Reads the choices in a completed data sheet, one row per answer, with the columns of simulated choices.
 
-    The columns are as for simulated choices.
-
-    Rows may be in any order, and participants may be missing. Choices without an answer are left out. ``observer``
+    Rows may be in any order, and participants may be missing. Choices without an answer are omitted. ``observer``
     numbers the participants in the order of the sheet.
 
     Raises:
@@ -194,10 +188,7 @@ def read_choices(path: Path) -> pd.DataFrame:
 
 
 def measure(choices: pd.DataFrame) -> pd.DataFrame:
-    """Computes shares of observers that are right in each task, and that agree.
-
-    Choices agree if both or neither are right.
-    """
+    """Computes the proportions of observers with correct choices in each task, and with both or neither correct."""
     wide = choices.pivot(index=["learner", "observer", "lifts"], columns="task", values="right")
     wide["agree"] = (wide["reach"] == wide["hammer"]).where(wide.notna().all(axis=1))
     rows = []
@@ -213,12 +204,14 @@ def measure(choices: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_people(one: float, other: float | None = None) -> float:
-    """Computes the participants needed to detect a share.
+    """Computes the number of participants needed to detect a proportion of correct choices.
 
-    The share is compared with chance or, per group, with another share.
+    Tests are one-sided and exact: the binomial test against chance, or Fisher's test between two groups. If more than
+    ``MOST_EXACT`` participants are needed, the normal approximation is used.
 
-    Tests are one-sided and exact: the binomial test, or Fisher's. If more than ``MOST_EXACT`` are needed, the number
-    is that of the normal approximation.
+    Args:
+        one: Proportion of correct choices.
+        other: Proportion in another group, for which the number is per group; None to compare with chance.
     """
     low, high = (0.5, max(one, 1.0 - one)) if other is None else sorted((one, other))
     if low == high:
@@ -241,9 +234,10 @@ def count_people(one: float, other: float | None = None) -> float:
 
 @cache
 def _mark_significant(count: int) -> Array:
-    """Marks pairs of hits with a significant result, (count + 1, count + 1).
+    """Marks the pairs of hits for which Fisher's one-sided test finds more hits in the first group.
 
-    Fisher's one-sided test finds more hits in the first group.
+    Returns:
+        A mask, (count + 1, count + 1).
     """
     first, total = np.arange(count + 1), np.arange(2 * count + 1)[:, None]
     probability = binom(count, first) * binom(count, total - first) / binom(2 * count, total)
@@ -255,7 +249,7 @@ def _mark_significant(count: int) -> Array:
 def contrast(shares: pd.DataFrame) -> pd.DataFrame:
     """Compares learners with chance and with each other.
 
-    Contrasts are sorted by the required participants.
+    Contrasts are sorted by the required number of participants.
     """
     rows = []
     for (name, lifts), own in shares[shares["measure"] != "agree"].groupby(["measure", "lifts"], sort=False):
@@ -271,7 +265,7 @@ def contrast(shares: pd.DataFrame) -> pd.DataFrame:
 
 
 def judge(shares: pd.DataFrame) -> list[ClaimResult]:
-    """Tests the predictions, which people may contradict."""
+    """Tests the predictions, which data from people may contradict."""
 
     def get(column: str, lifts: int, *learners: str, task: str | None = None) -> Array:
         is_meant = shares["measure"].isin([task] if task else TASKS) & (shares["lifts"] == lifts)
@@ -341,10 +335,7 @@ def _write_table(name: str, build: Callable[[], pd.DataFrame], folder: Path) -> 
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes if each observer's choice is right, by task and number of lifts.
-
-    Every learner has its observers.
-    """
+    """Tests if each observer's choices are correct, by task and number of lifts, for every learner."""
     choices, values = collect(setup), dict[str, Mapping[str, Any]]()
     for learner, own in choices.groupby("learner", sort=False):
         wide = own.pivot(index="observer", columns=["task", "lifts"], values="right").astype(float)
@@ -354,10 +345,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
-    """Tabulates shares with intervals.
-
-    Rows are learners and measures, columns are numbers of lifts.
-    """
+    """Tabulates proportions with intervals. Rows are learners and measures; columns are numbers of lifts."""
     shown = shares.assign(
         cell=[f"{row.share:.2f} [{row.low:.2f}, {row.high:.2f}]" for row in shares.itertuples()],
         who=[label_learner(str(learner)) for learner in shares["learner"]],
@@ -367,10 +355,7 @@ def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
 
 
 def tabulate_contrasts(contrasts: pd.DataFrame) -> pd.DataFrame:
-    """Tabulates contrasts between two learners, or a learner and chance.
-
-    Contrasts are between shares of right choices.
-    """
+    """Tabulates differences in the proportion of correct choices, between learners or from chance."""
     titles = {"one": "learner", "other": "compared with", "share_one": "its share", "share_other": "other share"}
     shown = contrasts.assign(
         one=contrasts["one"].map(label_learner),
@@ -390,10 +375,7 @@ def _describe(shares: pd.DataFrame) -> list[str]:
 
 
 def draw(shares: pd.DataFrame) -> Figure:
-    """Plots shares against the number of lifts.
-
-    There is a panel for each task, and one for agreement.
-    """
+    """Plots proportions against the number of lifts, in one panel for each task and one for agreement."""
     figure = Figure(figsize=(10.0, 3.6))
     panels = figure.subplots(1, 3, sharey=True)
     titles = {"reach": "right end to reach", "hammer": "right end to hit", "agree": "both right, or both wrong"}

@@ -1,7 +1,7 @@
-"""Two families of one look: small dense cylinders, and large light ones that weigh less.
+"""Two families of one look: small dense cylinders, and large light cylinders that weigh less.
 
-A design of ours that nobody has done yet. Expected: with one density for each colour, the force stays too high for
-large objects and too low for small ones; with kinds, both become right.
+This design is ours, and nobody has tested it yet. Expected: with one density per colour, the force stays too high for
+large objects and too low for small objects. With kinds, both forces become correct.
 
     affordance run examples/experiments/two_families.py
 """
@@ -42,7 +42,7 @@ MEANINGS = {
 
 
 def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Describes the results: texts, claims and figures."""
+    """Describes the results in texts, claims and figures."""
     ratios = [f"{found['illusion']:.2f} ({label_learner(learner)})" for learner, found in numbers["learners"].items()]
     return {
         "title": "Two families of one look",
@@ -76,22 +76,19 @@ def make_objects() -> list[Tool]:
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists the SDs between people.
-
-    The ratio's is of first order, as if its forces were independent.
-    """
+    """Lists the SDs between people. The SD of the ratio is to first order, for independent forces."""
     shares = [SPREADS[name].sd / means[name] for name in ("small_N", "large_N")]
     ratio = (means["large_N"] / means["large_weight_N"]) / (means["small_N"] / means["small_weight_N"])
     return {**SPREADS, "illusion": PeopleSpread(ratio * math.hypot(*shares), "calculated from the others")}
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws one observer's trials: cycles of all objects in random order."""
+    """Draws the trials of one observer: cycles of all objects in random order."""
     return repeat([*SMALL, *LARGE], REPETITIONS, rng, block="all")
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer or person from its lifts in order."""
+    """Computes the outcome measures of one observer or person from its lifts in order."""
     small, large = (lifts[lifts["object"].isin(names)].tail(REPETITIONS) for names in (SMALL, LARGE))
     forces = [each["force"].to_numpy().mean() for each in (small, large)]
     weights = [each["weight"].to_numpy().mean() for each in (small, large)]

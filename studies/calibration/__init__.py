@@ -1,1 +1,1 @@
-"""Study of the calibration of observers' uncertainty, and of choices with other sensing."""
+"""Study of the calibration of observers, and of choices with other measurement errors."""

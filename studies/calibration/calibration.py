@@ -1,10 +1,9 @@
-"""Simulation-based calibration of an observer's posterior, in position and in width.
+"""Simulation-based calibration of an observer's posterior (Talts et al. 2018, arXiv:1804.06788).
 
-Mean densities of two materials are drawn from the prior, restricted to positive values, and the object's own
-densities are drawn around those means. An observer without experience holds the object in Drake, or measures it at
-rest, and the rank of the true densities among samples of the posterior is recorded. If everything between the draw
-and the posterior is right, ranks are uniform (Talts et al. 2018, arXiv:1804.06788) and intervals have their nominal
-coverage.
+Mean densities of two materials are drawn from the truncated prior, and densities of an object are drawn around these
+means. An inexperienced observer holds the object in Drake, or measures it at rest. The rank of the true mean
+densities among samples of the posterior is recorded. If the implementation is correct, ranks are uniform, and
+intervals have nominal coverage.
 """
 
 import functools
@@ -38,21 +37,22 @@ from studies.calibration.cramer_rao import compute_bound, feel_along, feel_at_re
 from studies.random_streams import StudyStream
 from studies.study import run_kept
 
-# One hundredth of the strongest joint's torque limit, which is the accuracy quoted for robots' torque sensors, [N m].
+# Typical accuracy of torque sensors in robots: one hundredth of the torque limit of the strongest joint, [N m].
 WHITE = WhiteNoise(0.7)
-# Names of the calibrations in metrics.json and above their histograms.
+# Names of the calibrations in metrics.json and in figures.
 WEBER, WHITE_NOISE = "Weber, held in Drake", "white, held in Drake"
 AT_REST, CONSTANT = "Weber, felt at rest", "constant errors, felt at rest"
-LOOPS = (WEBER, WHITE_NOISE)  # calibrations of the whole loop; the others show what approximations cost
+LOOPS = (WEBER, WHITE_NOISE)  # calibrations of the complete loop; others measure errors of approximations
 EXACT, IGNORING = "Weber, at rest, exact Bayes on a grid", "Weber, in Drake, positivity ignored"
 
 NUM_DRAWS = 1000
 DURATION = 3.0  # duration of a hold, as in all experiments, [s]
 COVERAGES = (0.5, 0.8, 0.9)
 NUM_BINS = 20
-# Ranks from 0 to 999, fifty per bin.
+# Ranks are from 0 to 999, with fifty ranks per bin.
 NUM_SAMPLES = 999
-# Grid for exact Bayes, up to the prior's quantile of 1 - 10^-6, with steps well below any posterior's width.
+# Grid for exact Bayesian inference, up to the 1 - 10^-6 quantile of the prior. Steps are much smaller than the width
+# of any posterior.
 _GRID = np.arange(25.0, 20_500.0, 50.0)
 
 
@@ -60,52 +60,47 @@ _GRID = np.arange(25.0, 20_500.0, 50.0)
 class CalibrationConfig:
     """Configuration of a calibration."""
 
-    settings: Settings  # settings of all simulations, except the noise
-    tool: Tool  # object of two materials, whose densities are replaced by drawn ones
-    moves: bool  # true to hold the object in Drake, false to measure it at rest
-    seed: int = 0  # root of every random draw
+    settings: Settings  # settings of the simulation, including the noise model
+    tool: Tool  # object of two materials, whose densities are replaced
+    moves: bool  # True to hold the object in Drake, False to measure it at rest
+    seed: int = 0  # root seed
 
 
 class Calibration(NamedTuple):
-    """Calibration of posteriors, over N draws of M densities."""
+    """Calibration of posteriors over N draws of M densities."""
 
-    positions: Array  # cumulative probability of each truth in its posterior, from 0 to 1, (N, M)
-    p_value: float  # p-value of the chi-squared test that positions are uniform: the smallest over densities, times M
+    positions: Array  # posterior cumulative probability of each true density, (N, M)
+    p_value: float  # chi-squared test of uniform positions: smallest p-value over densities, times M (Bonferroni)
     coverage: Array  # fraction of true densities in the central intervals of COVERAGES
 
 
 @functools.cache
 def get_hold(arm: Path) -> StaticHold:
-    """Returns the static hold of the arm in a file."""
+    """Loads the static hold of an arm."""
     return StaticHold(load_arm(arm))
 
 
 @functools.cache
 def get_model(arm: Path) -> ArmModel:
-    """Returns an internal model of the arm in a file."""
+    """Loads the internal model of an arm."""
     return ArmModel(load_arm(arm))
 
 
 def load_stick() -> Tool:
-    """Loads the novel object of Simulation III, with two equal parts.
-
-    The object's shape carries no information.
-    """
+    """Loads the novel object of Simulation III, whose two parts have the same shape."""
     return load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
 
 
 def build_config(noise: NoiseModel, *, moves: bool) -> CalibrationConfig:
-    """Builds the calibration with the stick, the common settings, and a noise model."""
+    """Builds a configuration with the stick, the default settings, and a noise model."""
     tool = load_stick()
     return CalibrationConfig(replace(DEFAULT_SETTINGS, noise=noise), tool.gripped_by(tool.grips[0]), moves)
 
 
 def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
-    """Draws mean densities and the object's own densities, (M,) each, [kg/m^3].
+    """Draws positive mean densities and densities of the object, (M,) each, [kg/m^3].
 
-    All are positive.
-
-    The draw with a given number is the same for every noise model, so noise models can be compared draw by draw.
+    Draws with the same number are equal for all noise models, so that noise models can be compared pairwise.
     """
     prior = config.settings.prior
     rng = np.random.default_rng([config.seed, number, StudyStream.CALIBRATION_TRUTH])
@@ -118,19 +113,21 @@ def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
 
 
 class Learned(NamedTuple):
-    """Result of a trial for an observer without experience."""
+    """Posterior of an inexperienced observer after one trial."""
 
     belief: DensityBelief  # belief about the materials
-    p_value: float  # p-value of the measurements under the prior
-    # Cramer-Rao bounds on the variances of the belief before it is restricted to positive densities, (M,),
-    # [(kg/m^3)^2].
+    p_value: float  # predictive p-value of the measurements under the prior
+    # Cramer-Rao bounds on the variances of the belief before truncation at zero, (M,), [(kg/m^3)^2].
     bound: Array
 
 
 def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
-    """Simulates one trial of an observer without experience.
+    """Simulates one trial of an inexperienced observer.
 
-    The object has the densities ``own``, (M,), [kg/m^3].
+    Args:
+        config: Configuration.
+        own: True densities of the object, (M,), [kg/m^3].
+        number: Number of the draw.
     """
     settings = config.settings
     noise, prior = settings.noise, settings.prior
@@ -145,20 +142,19 @@ def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
         bound = compute_bound(felt, Phi, own, noise, prior)
         return Learned(record.memory.belief, record.p_value, bound)
     hold = get_hold(settings.arm)
-    statistics = hold.measure(prediction, own, noise, (config.seed, number, 1))  # noise as drawn in a trial
+    statistics = hold.measure(prediction, own, noise, (config.seed, number, 1))  # same noise as in a simulated trial
     found = compute_posterior(prediction, statistics, len(hold.tau_arm), noise, prior.deviation)
     bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, statistics.num_samples), Phi, own, noise, prior)
     return Learned(found.posterior.memory.belief, found.p_value, bound)
 
 
 def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
-    """Draws a truth, and computes its rank in the posterior.
+    """Draws true densities, and computes their ranks in the posterior.
 
-    Returns:
-        Arrays by name, (M,) each except ``p_value``: ``mean`` and ``own``, the true mean densities and the object's
-        own densities; ``rank``, the rank of the mean densities among NUM_SAMPLES samples of the posterior, and
-        ``sample_mean``, the mean of these samples; ``centre`` and ``variance`` of the normal distribution before it
-        is restricted to positive densities, and ``bound``, the bound on that variance.
+    Returns: Arrays by name, (M,) each except ``p_value``: ``mean``, true mean densities; ``own``, true densities of
+        the object; ``rank``, ranks of the mean densities among NUM_SAMPLES samples of the posterior; ``sample_mean``,
+        mean of these samples; ``centre`` and ``variance``, mean and variance of the posterior before truncation at
+        zero; ``bound``, Cramer-Rao bound on this variance.
     """
     mean, own = draw_truth(config, number)
     belief, p_value, bound = learn(config, own, number)
@@ -178,10 +174,7 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
 
 
 def assess(positions: Array) -> Calibration:
-    """Computes coverage and a test of uniformity from positions of truths, (N, M).
-
-    Positions are in the posteriors.
-    """
+    """Computes coverage, and tests uniformity, given posterior cumulative probabilities of true densities, (N, M)."""
     counts = np.array([np.histogram(column, NUM_BINS, (0.0, 1.0))[0] for column in positions.T])
     p_value = min(1.0, len(counts) * min(float(chisquare(row).pvalue) for row in counts))
     covered = [(np.abs(positions - 0.5) <= 0.5 * coverage).mean() for coverage in COVERAGES]
@@ -189,27 +182,21 @@ def assess(positions: Array) -> Calibration:
 
 
 def find_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
-    """Computes the positions of the true densities from their ranks, (N, M).
-
-    Each is at the centre of its rank.
-    """
+    """Converts ranks of the true densities to cumulative probabilities, (N, M)."""
     positions: Array = (arrays["rank"] + 0.5) / (NUM_SAMPLES + 1)
     return positions
 
 
 def find_unrestricted_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
-    """Computes the positions of the true densities in unrestricted normals, (N, M).
-
-    These normals allow negative densities.
-    """
+    """Computes cumulative probabilities of the true densities in posteriors without truncation at zero, (N, M)."""
     return np.asarray(norm.cdf(arrays["mean"], arrays["centre"], np.sqrt(arrays["variance"])))
 
 
 def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
-    """Computes positions of own densities in exact posteriors at rest, (draws, 2).
+    """Computes cumulative probabilities of an object's densities in exact posteriors at rest, (draws, 2).
 
-    Bayes' rule is applied by brute force, with errors evaluated at each density's own torque. The object's densities
-    are compared with the posterior of the materials' means. The object's deviation from these is neglected.
+    The posterior is computed on a grid, with the noise variance at the torque of each grid point. Deviations of the
+    object from the mean densities of its materials are neglected.
 
     Raises:
         ValueError: The noise is not Weber noise.
@@ -244,10 +231,9 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
 
 
 def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[str, Calibration], dict[str, Any]]:
-    """Calibrates the loop with each noise model, and measures its approximation errors.
+    """Calibrates the loop for each noise model, and measures errors of approximations.
 
-    Returns:
-        Calibrations by name, and the numbers for metrics.json.
+    Returns: Calibrations by name, and metrics.
     """
     settings = DEFAULT_SETTINGS
     arrays: dict[str, dict[str, NDArray[Any]]] = {}
@@ -270,13 +256,13 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
         error = ((arrays[name]["sample_mean"] - arrays[name]["mean"]) ** 2).mean(axis=0)
         against_error[name] = float((bounds / error).mean())
     numbers = {
-        # For both noise models together: the smaller p-value times two, and the mean of each coverage.
+        # Both noise models together: smaller p-value times two (Bonferroni), and mean coverages.
         "sbc_p_value": min(1.0, 2.0 * min(calibrations[name].p_value for name in LOOPS)),
         **{
             f"coverage{round(100 * coverage)}": float(np.mean([calibrations[name].coverage[i] for name in LOOPS]))
             for i, coverage in enumerate(COVERAGES)
         },
-        # Of the two noise models, the ratio that is further from 1.
+        # Ratio that is further from 1 among both noise models.
         "efficiency_vs_cramer_rao": max((efficiency[name] for name in LOOPS), key=lambda ratio: abs(ratio - 1.0)),
         "calibration": {
             name: {"p_value": found.p_value, "coverage": found.coverage} for name, found in calibrations.items()

@@ -1,4 +1,4 @@
-"""``affordance study calibration``: calibrates beliefs, and varies measurement errors of choices."""
+"""``affordance study calibration``: calibration of beliefs, and choices with other measurement errors."""
 
 import argparse
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from studies.calibration import calibration, sensing
 from studies.calibration.report import describe, draw_ranks
 from studies.study import Findings, Study, Work
 
-# Number of draws for each observer whose choices are simulated.
+# Number of draws per observer in the simulation of choices.
 _DRAWS_PER_OBSERVER = 5
 
 

@@ -1,9 +1,7 @@
-"""Cramer-Rao bound on the information of a trial about material densities.
+"""Cramer-Rao bound on estimates of material densities from one trial, along the true motion.
 
-The bound applies along the true motion.
-
-The motion and the regressor are computed from the log of the trial, so the bound shares only the noise model and the
-geometry with the estimator.
+Motion and regressor are computed from the log of the trial. The bound shares only the noise model and the geometry
+with the estimator.
 """
 
 from typing import NamedTuple
@@ -21,26 +19,20 @@ from affordance.simulation.trial_record import TrialRecord
 
 
 class Felt(NamedTuple):
-    """Statistics of a trial's motion that determine the information about an object."""
+    """Statistics of a motion that determine the information about an object."""
 
-    tau_arm: Array  # mean over samples of the torques of the arm alone, (num_joints,), [N m]
-    Y: Array  # mean of the payload regressor, (num_joints, 10), in N m per unit of each inertial parameter
+    tau_arm: Array  # mean joint torques of the arm without object, (num_joints,), [N m]
+    Y: Array  # mean payload regressor, (num_joints, 10), [N m] per unit of each inertial parameter
     YtY: Array  # sum of Y^T Y over samples, (10, 10)
 
 
 def feel_at_rest(tau_arm: Array, Y: Array, num_samples: int) -> Felt:
-    """Returns the statistics of ``num_samples`` samples at rest.
-
-    tau_arm and Y are as in ``Felt``.
-    """
+    """Returns the statistics of ``num_samples`` samples at rest; tau_arm and Y are as in ``Felt``."""
     return Felt(tau_arm, Y, num_samples * Y.T @ Y)
 
 
 def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt:
-    """Computes the statistics along a logged trial.
-
-    Accelerations are differences of the logged velocities.
-    """
+    """Computes the statistics along a logged trial, with accelerations from finite differences of velocities."""
     vdot = np.gradient(record.v, settings.log_period, axis=0, edge_order=2)
     step = round(settings.sample_period / settings.log_period)
     q, v, vdot = (column[step::step] for column in (record.q, record.v, vdot))
@@ -54,17 +46,16 @@ def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt
 
 
 def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: Prior) -> Array:
-    """Computes bounds on the variances of M materials' mean densities, (M,), [(kg/m^3)^2].
+    """Computes bounds on the variances of the mean densities of M materials, (M,), [(kg/m^3)^2].
 
-    The bound is the inverse of the sum of the prior's precision and the Fisher information at the object's true
-    densities. With Weber noise the mean torque is measured once; one part of the information comes from the mean and
-    another from the size of the errors, which depends on the densities. With white noise every sample adds
-    information.
+    The bound is the inverse of prior precision plus Fisher information at the true densities of the object. With
+    Weber noise, the mean torque is measured once, and both its mean and its variance are informative about densities.
+    With white noise, every sample adds information.
 
     Args:
         felt: Statistics of the trial.
         Phi: Geometry, (10, M).
-        own: True densities of the object, which deviate from the materials' means, (M,), [kg/m^3].
+        own: True densities of the object, (M,), [kg/m^3].
         noise: Model of torque errors.
         prior: Prior of the materials.
     """
@@ -72,10 +63,10 @@ def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: 
     tau = felt.tau_arm + H @ own
     weights = 1.0 / noise.compute_sd(tau) ** 2
     if isinstance(noise, WeberNoise):
-        growth = 2.0 * noise.weber_fraction**2 * weights * tau  # derivative of the log variance by the torque
+        growth = 2.0 * noise.weber_fraction**2 * weights * tau  # derivative of the log variance
         information = H.T @ ((weights + 0.5 * growth**2)[:, None] * H)
     else:
-        information = weights[0] * Phi.T @ felt.YtY @ Phi  # the same at every torque
+        information = weights[0] * Phi.T @ felt.YtY @ Phi  # independent of torque
     one = np.eye(len(own))
     of_materials = np.linalg.solve(one + information * (prior.deviation * own) ** 2, information)
     bound: Array = np.diag(np.linalg.inv(of_materials + one / prior.sd**2)).copy()

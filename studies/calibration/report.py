@@ -13,13 +13,13 @@ from affordance.reporting.formatting import format_number
 from affordance.reporting.section import ReportFigure, Section, Table
 from studies.calibration.calibration import COVERAGES, NUM_BINS, Calibration
 
-# Probability that a bin of a calibrated rank histogram lies within the band.
+# Probability that a bin of a uniform rank histogram is within the band.
 _BAND = 0.99
 _FONT_SIZE = 9
 
 
 def describe(numbers: Mapping[str, Any]) -> Section:
-    """Describes the measurements with a figure, claims and tables."""
+    """Describes the results with a figure, claims and tables."""
     caption = (
         "Ranks of true densities in their posteriors; they are uniform if all is right. Above each histogram: the"
         " p-value of the test, and how often central intervals cover the true density."
@@ -80,7 +80,7 @@ def _list_tables(n: Mapping[str, Any]) -> list[Table]:
 
 
 def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) -> Figure:
-    """Plots histograms of true densities' ranks, with the band of a uniform distribution."""
+    """Plots rank histograms of true densities, with the band for uniform ranks."""
     figure = Figure(figsize=(12.0, 3.0 * ((len(calibrations) + 2) // 3)))
     all_axes = figure.subplots((len(calibrations) + 2) // 3, 3, sharex=True, sharey=True)
     for axes, (name, found) in zip(all_axes.flat, calibrations.items(), strict=False):

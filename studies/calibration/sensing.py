@@ -1,7 +1,7 @@
-"""Choices of Simulation III under other measurement errors.
+"""Choices of Simulation III with other measurement errors.
 
-The results show how much Simulation III depends on one measurement per trial. The observers are those of Simulation
-III with changed settings. Costs, and therefore the correct grip, do not depend on these.
+The simulation is repeated with other noise structures, to find out how much its results depend on a single
+measurement error per trial. Costs and the correct grip do not depend on measurement errors.
 """
 
 from collections.abc import Mapping
@@ -23,8 +23,8 @@ from affordance.experiments.shared.observers import Setup
 from affordance.named_settings import change_settings
 from affordance.objects.tool import list_colours
 
-# Settings that differ from the default, by name: structures of the errors, and Weber fractions from the upper end of
-# those in the literature for force felt by hand and arm (studies/robustness/assumptions.yaml).
+# Changed settings, by name: noise structures, and large Weber fractions from the literature on force perception with
+# hand and arm (studies/robustness/assumptions.yaml).
 CHANGES: Mapping[str, Mapping[str, Any]] = {
     "independent_5": {"noise.independent_samples": True, "sample_period": 0.6},
     "independent_30": {"noise.independent_samples": True},
@@ -35,10 +35,9 @@ CHANGES: Mapping[str, Mapping[str, Any]] = {
 
 
 def measure(folder: Path, *, repeats: int = 200, jobs: int) -> dict[str, Any]:
-    """Simulates the observers with each change, and stores them in a folder.
+    """Simulates and caches observers with each of the changed settings.
 
-    Returns:
-        Probabilities of the correct choice for the first novel tool at every moment, by key of CHANGES.
+    Returns: Probability of the correct choice for the first novel tool at each moment, by key of CHANGES.
     """
     setup = Setup(observers=repeats, jobs=jobs, out=folder)
     held, (tool, *_), task = reach.read(setup)

@@ -1,6 +1,6 @@
-"""``affordance study live``: follows pick-ups by two foreign robots live.
+"""``affordance study live``: identifies loads that two simulated robots pick up, live.
 
-Each pick-up takes about ten seconds of one core, and over the wire half a minute. Needs MuJoCo and cyclonedds.
+Each pick-up takes about ten seconds of one core, or half a minute over the wire. MuJoCo and cyclonedds are needed.
 """
 
 import argparse
@@ -19,9 +19,9 @@ from affordance.extensions.payload.live import foreign_robot
 from studies.live.pickups import WAYS, WIRE, PickupConfig, run_constant, run_pickup
 from studies.study import Findings, Study, Work, add_only, format_table, run_kept
 
-_PER_MINUTE = 10  # pick-ups for each minute with a constant load
-_PER_WIRE = 5  # pick-ups for each over the wire
-_MOST_DOMAINS = 3  # pick-ups over the wire at once
+_PER_MINUTE = 10  # number of pick-ups per minute of constant load
+_PER_WIRE = 5  # number of other pick-ups per pick-up over the wire
+_MOST_DOMAINS = 3  # largest number of simultaneous pick-ups over the wire
 _CASES = {f"{arm} {way}": (arm, way) for arm in foreign_robot.ARMS for way in WAYS}
 
 
@@ -47,7 +47,7 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def _follow(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
-    # A case that is left out is None, which pages show as a dash.
+    # Missing cases are None, which pages show as a dash.
     numbers: dict[str, Any] = {"seed": arguments.seed, **dict.fromkeys(case.replace(" ", "_") for case in _CASES)}
     model = Path(foreign_robot.__file__)
     for case in arguments.only or _CASES:
@@ -67,9 +67,9 @@ def _follow(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
 
 
 def tabulate(found: Mapping[str, NDArray[Any]], constant: Mapping[str, NDArray[Any]] | None) -> dict[str, Any]:
-    """Summarises pick-ups and minutes with a constant load, which are None over the wire.
+    """Summarises pick-ups and minutes of constant load. The latter are None over the wire.
 
-    Delays are in s, errors are shares or in mm.
+    Delays are in s, errors are relative or in mm.
     """
     delay, last, final = found["delay"], found["last"], found["final"]
     known, given = np.isfinite(last[:, 0]), np.isfinite(final[:, 0])
@@ -113,16 +113,13 @@ def _tabulate_load(milliseconds: NDArray[Any], constant: Mapping[str, NDArray[An
 
 
 def _take_quantiles(delays: NDArray[Any]) -> list[float | None]:
-    """Computes the number of delays, their median and maximum.
-
-    Without delays these are None.
-    """
+    """Computes number, median and maximum of delays. Median and maximum are None without delays."""
     there = delays[np.isfinite(delays)]
     return [float(len(there)), *((float(np.median(there)), float(there.max())) if len(there) else (None, None))]
 
 
 def _take_rms(errors: NDArray[Any]) -> float | None:
-    """Computes the root mean square of the errors that are there. Without any it is None."""
+    """Computes the root mean square of the finite errors; None without any."""
     there = errors[np.isfinite(errors)]
     return float(np.sqrt(np.mean(there**2))) if len(there) else None
 
@@ -132,7 +129,7 @@ def _format(value: float | None, form: str) -> str:
 
 
 def list_rows(n: Mapping[str, Any]) -> list[list[str]]:
-    """Lists the rows of the table that is printed."""
+    """Lists the rows of the printed table."""
 
     def show(name: str) -> str:
         number, *times = n[f"{name}_s"]
@@ -158,7 +155,7 @@ def list_rows(n: Mapping[str, Any]) -> list[list[str]]:
 def _list_wire(n: Mapping[str, Any]) -> list[list[str]]:
     return [
         ["samples sent, received, of these not used", f"{n['sent']}, {n['received']}, {n['unused']}"],
-        ["beliefs left out as samples came late", str(n["left_out"])],
+        ["beliefs skipped because samples were late", str(n["left_out"])],
     ]
 
 

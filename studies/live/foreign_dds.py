@@ -1,9 +1,9 @@
-"""Publishes the joint states of the foreign robot over DDS, in real time, as a driver of ROS 2 does.
+"""Publishes the joint states of the simulated robot over DDS in real time, like a ROS 2 driver.
 
     python foreign_dds.py FOREIGN_ROBOT_FILE TOPIC DOMAIN ARM SCRIPT SEED
 
-This file imports nothing of the project and runs as a process of its own. Messages of a gripper are on the same
-topic. Times by the clock, marks, masses and centres of mass of the true loads go to standard output as JSON.
+This file imports nothing from the project and runs in a separate process. Messages of a gripper are on the same
+topic. The true loads are written to standard output as JSON: wall-clock time, mark, mass and centre of mass.
 """
 
 import importlib
@@ -23,11 +23,11 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-_PATIENCE = 120.0  # time in which a reader must come, [s]
+_PATIENCE = 120.0  # time to wait for a reader, [s]
 
 
-# The message types are written from the definitions of ROS, not shared with the reader, so that a wrong field of the
-# reader fails.
+# The message types follow ROS's definitions and are not shared with the reader, so that wrong fields in the reader
+# are detected.
 @dataclass
 class _Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
     sec: int32
@@ -50,7 +50,7 @@ class _JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):
 
 
 def main(file: str, topic: str, domain: str, arm: str, script: str, seed: str) -> None:
-    """Simulates first, waits for a reader, and publishes."""
+    """Simulates the robot, waits for a reader, and publishes the samples."""
     sys.path.append(str(Path(file).parent))
     robot = importlib.import_module(Path(file).stem)
     stream = list(robot.simulate(arm, script, int(seed), arm_seed=int(seed)))
@@ -61,7 +61,7 @@ def main(file: str, topic: str, domain: str, arm: str, script: str, seed: str) -
     end = time.time() + _PATIENCE
     while not writer.get_matched_subscriptions():
         if time.time() > end:
-            sys.exit(f"nobody reads {topic} in domain {domain}")
+            sys.exit(f"{topic} has no reader in domain {domain}")
         time.sleep(0.05)
     time.sleep(0.5)
     start, names, message = time.time(), list(robot.ARMS[arm].joints)[::-1], cast("Any", _JointState)

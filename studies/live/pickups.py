@@ -1,6 +1,6 @@
-"""Simulates pick-ups by a foreign robot in MuJoCo, and follows them live.
+"""Simulates pick-ups by a robot in MuJoCo, and identifies the loads live.
 
-Both run in this process or, over the wire, in processes of their own.
+Robot and identification run in this process or, over the wire, in two separate processes.
 """
 
 import tempfile
@@ -21,14 +21,14 @@ from affordance.extensions.payload.settings import SignalKind
 from affordance.plant.serial_chain import SerialChain
 from studies.live import wire
 
-# Masses, [kg], from what an arm's sensors can hardly feel to what it may carry.
+# Masses, [kg], from the resolution of an arm's sensors to the arm's payload.
 MASSES = {"fr3": (0.15, 3.0), "ur5e": (0.15, 4.5)}
 WIRE = "wire"  # over DDS, in real time
-# What happens to a stream on its way: share of lost samples, jitter of stamps, [s], and whether velocities are there.
+# Disturbances of a stream: share of lost samples, jitter of time stamps, [s], and True if velocities are included.
 WAYS = {"whole": (0.0, 0.0, True), "spoilt": (0.05, 0.005, False), WIRE: (0.0, 0.0, True)}
-_BEFORE, _LOADED, _AFTER, _EMPTY, _CONSTANT = 5.0, 11.0, 4.0, 12.0, 60.0  # lengths of motion, [s]
-_HALTS = 2.8  # time in which the arm stands to pick up and to put down, [s]
-_WEIGHED = 2.5  # load with which currents are calibrated, [kg]
+_BEFORE, _LOADED, _AFTER, _EMPTY, _CONSTANT = 5.0, 11.0, 4.0, 12.0, 60.0  # durations of motion, [s]
+_HALTS = 2.8  # time at rest while picking up and putting down, [s]
+_WEIGHED = 2.5  # mass for calibrating currents, [kg]
 _NUM_EMPTY = 3
 
 
@@ -42,10 +42,10 @@ class PickupConfig:
 
 
 class Followed:
-    """Robot with a known empty arm, and what was found by following its stream."""
+    """Robot with a recorded empty arm, and the events found in its stream."""
 
     def __init__(self, config: PickupConfig, repeat: int) -> None:
-        """Records the empty runs, and for currents a weighed load, and fits the arm."""
+        """Records the empty runs, and a weighed load for motor currents, and fits the empty arm."""
         self._config, self._repeat, self._seed = config, repeat, 10_000 * config.seed + 10 * repeat
         self._lose, self._jitter, self._has_v = WAYS[config.way]
         self.robot = _load(config.arm)
@@ -53,7 +53,7 @@ class Followed:
         self.gains = self._weigh() if ARMS[config.arm].signal == "current" else None
         self.events: list[LiveEvent] = []
         self.milliseconds: dict[str, list[float]] = {"sample": [], "belief": []}
-        self.wire: list[int] = []  # samples sent over the wire, received, of these not used, and beliefs left out
+        self.wire: list[int] = []  # number of samples sent, received and unused, and of skipped beliefs
 
     def _simulate(self, script: str, k: int) -> Iterator[Sample | Truth]:
         return simulate(self._config.arm, script, self._seed + k, arm_seed=self._seed)
@@ -69,7 +69,7 @@ class Followed:
         return identify(self.robot, Runs(loaded, (empty,)), reference_mass=_WEIGHED).calibration
 
     def follow(self, script: str) -> list[Truth]:
-        """Follows a stream to its end. Returns the true loads, in order of time."""
+        """Processes a whole stream. Returns the true loads, in order of time."""
         live, marks = LiveIdentifier(self.robot, self.empty, gains=self.gains), []
         for each in spoil(self._simulate(script, 0), lose=self._lose, jitter=self._jitter, seed=self._seed):
             if isinstance(each, Truth):
@@ -85,12 +85,12 @@ class Followed:
         return marks
 
     def average(self) -> NDArray[Any]:
-        """Computes the mean CPU time of a sample and of a belief, [ms]."""
+        """Computes the mean CPU time per sample and per belief, [ms]."""
         return np.array([np.mean(self.milliseconds[what]) for what in ("sample", "belief")])
 
     def follow_wire(self, script: str, seconds: float) -> list[Truth]:
-        """Follows a stream over the wire for a time, [s], and in real time. Returns the true loads."""
-        seconds -= 0.5 / RATE  # of the stamps, which are rounded
+        """Processes a stream over the wire in real time, for a duration in [s]. Returns the true loads."""
+        seconds -= 0.5 / RATE  # half a sample, because time stamps are rounded
         number, arm = self._repeat, self._config.arm
         found = wire.follow(arm, script, self._seed, self.empty, self.gains, seconds=seconds, number=number)
         self.events, num_sent = found.events, int(seconds * RATE) + 1
@@ -106,23 +106,29 @@ def _load(arm: str) -> SerialChain:
 
 
 def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Follows one pick-up of a random load.
+    """Identifies the load of one pick-up with a random mass.
 
     Returns:
-        ``mass``, [kg]; ``delay``, [s], from the pick-up until it was noticed, named and known to 5 % and until the
-        belief was enough, NaN if never; ``put``, the delay until the put-down was noticed; ``beliefs``, numbers of
-        beliefs of the load and of those whose interval holds its mass; ``last``, mean, SD and whether the interval of
-        the last belief holds the truth; ``final``, the same of ``identify``, and whether it is trusted; ``com``,
-        errors of the centre of mass of the last belief, [m]; ``false``, number of false changes; ``milliseconds``,
-        means for a sample and a belief, or ``wire``, numbers of samples sent, received and of these not used, and of
-        beliefs left out.
+        ``mass``: true mass, [kg].
+        ``delay``: delays, [s], from the pick-up until the change was detected, until it was named, until the SD of
+            the mass was below 5 %, and until the belief was precise enough; NaN if never.
+        ``put``: delay until the put-down was detected, [s].
+        ``beliefs``: number of beliefs about the load, and number of these whose interval contains the true mass.
+        ``last``: mean and SD of the last belief, and 1 if its interval contains the true mass.
+        ``final``: the same for ``identify``, and 1 if the result is trusted.
+        ``com``: errors of the centre of mass in the last belief, [m].
+        ``agreement``: mass of the last belief minus mass of ``identify``, in SDs.
+        ``false``: number of false changes.
+        ``milliseconds``: mean CPU time per sample and per belief; or ``wire``: number of samples sent, received and
+            unused, and of skipped beliefs.
+        ``doubts``: doubts of ``identify``.
     """
     rng = np.random.default_rng((config.seed, list(ARMS).index(config.arm), repeat))
     mass = float(np.exp(rng.uniform(*np.log(MASSES[config.arm]))))
     followed = Followed(config, repeat)
     script, over_wire = f"move {_BEFORE:g}, pick {mass}, move {_LOADED:g}, put, move ", config.way == WIRE
     if over_wire:
-        # More is sent than is followed.
+        # The stream is longer than the part that is processed.
         pick, put = followed.follow_wire(f"{script}{_AFTER + 1.0:g}", _BEFORE + _LOADED + _AFTER + _HALTS)
     else:
         pick, put = followed.follow(f"{script}{_AFTER:g}")
@@ -187,12 +193,9 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
 
 
 def run_constant(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Follows a constant load for a minute or more.
+    """Processes a stream with a constant load, in which every detected change is false.
 
-    Every change is false.
-
-    Returns:
-        ``seconds``, the length of the stream, [s]; ``false``, the number of changes that were noticed.
+    Returns: ``seconds``, duration of the stream, [s], and ``false``, number of detected changes.
     """
     rng = np.random.default_rng((config.seed, 7, list(ARMS).index(config.arm), repeat))
     mass = float(np.exp(rng.uniform(*np.log(MASSES[config.arm]))))

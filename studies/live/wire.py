@@ -1,6 +1,6 @@
-"""Follows a foreign robot over DDS, on the loopback interface alone.
+"""Identifies the load of a simulated robot over DDS, on the loopback interface only.
 
-The robot is one process and ``affordance live --ros2`` another, both in real time.
+The robot and ``affordance live --ros2`` run in two processes, both in real time.
 """
 
 import json
@@ -27,33 +27,33 @@ from affordance.extensions.payload.settings import SignalKind
 
 _LOOPBACK = "<General><Interfaces><NetworkInterface name='lo'/></Interfaces></General>"
 _TOPIC = "/joint_states"
-_NUM_DOMAINS = 100  # whose ports are below those that the system gives to others
-_PATIENCE = 240.0  # time after which the processes have failed, [s]
+_NUM_DOMAINS = 100  # their ports are below the system's ephemeral ports
+_PATIENCE = 240.0  # timeout of the processes, [s]
 
 
 class Wired(NamedTuple):
-    """Stream that was followed over the wire."""
+    """Stream that was processed over the wire."""
 
-    events: list[LiveEvent]  # events, with the time at which each was said by the clock as ``said``, [s]
-    loads: list[Truth]  # true loads, by the same clock
-    received: int  # number of samples that were received
-    unused: int  # number of these that were double, too late or without numbers
-    left_out: int  # number of beliefs left out as samples came late
+    events: list[LiveEvent]  # events, with their wall-clock time as ``said``, [s]
+    loads: list[Truth]  # true loads, with wall-clock times
+    received: int  # number of received samples
+    unused: int  # number of these that were repeated, too late or not finite
+    left_out: int  # number of beliefs skipped because samples were late
 
 
 def follow(
     arm: str, script: str, seed: int, empty: Sequence[Run], gains: Gains | None, *, seconds: float, number: int
 ) -> Wired:
-    """Follows a robot over the wire.
+    """Identifies the load of a robot over the wire.
 
     Args:
         arm: Name of the arm.
-        script: Script of the robot, longer than it is followed.
+        script: Script of the robot, longer than the processed part.
         seed: Seed of the arm and of its script.
         empty: Empty runs.
         gains: Gains of motor currents; None for torques.
-        seconds: Time from the first sample to the last that is used, [s].
-        number: Number that differs between streams at the same time, as their DDS domains do.
+        seconds: Time from the first to the last processed sample, [s].
+        number: Number that determines the DDS domain and must differ between simultaneous streams.
 
     Raises:
         AffordanceError: A process failed.
@@ -79,7 +79,7 @@ def follow(
                     events.append(LiveEvent(content.pop("event"), content.pop("time"), content))
                 remarks.seek(0)
                 last = (remarks.read().splitlines() or [""])[-1]
-                if live.wait() not in (0, 3):  # trusted or not
+                if live.wait() not in (0, 3):  # results that are trusted or not
                     raise AffordanceError(f"affordance live ended with: {last}")
                 loads = json.loads(robot.communicate()[0] or "null")
                 if loads is None:
@@ -93,7 +93,7 @@ def follow(
 
 
 def _write(folder: Path, arm: str, empty: Sequence[Run], gains: Gains | None) -> list[str]:
-    """Writes the arm, its empty runs and gains, and returns the words of the command that name them."""
+    """Writes the arm, its empty runs and gains. Returns the command-line arguments that name these files."""
     model = folder / f"{arm}.xml"
     model.write_text(foreign_robot.write_model(arm), encoding="utf-8")
     first = empty[0].description

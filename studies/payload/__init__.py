@@ -1,1 +1,1 @@
-"""Study of identified payloads, on simulated recordings and on recordings of two robots."""
+"""Study of identified payloads, on simulated recordings and on recordings of two real robots."""

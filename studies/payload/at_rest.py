@@ -1,7 +1,4 @@
-"""Simulated sensors with loads at rest or in slow motion.
-
-The sensors are wrist sensors, and joint torques in held postures.
-"""
+"""Simulates wrist sensors at rest or in slow motion, and joint torques in held postures."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -20,12 +17,12 @@ from studies.payload.simulated import Factors, Recordings
 from studies.payload.solids import CLASSES
 
 WRIST = Path(__file__).with_name("wrist.urdf"), "sensor"
-# A tool that is nearly symmetric about z: its centre is half a millimetre off the axis.
+# Tool that is nearly symmetric about z, with its centre of mass half a millimetre off the axis.
 SYMMETRIC = np.array([1.155, -6e-4, 3.5e-4, 0.055, 4e-3, 4e-3, 1e-3, 0.0, 0.0, 0.0])
 _MASSES = (0.5, 3.0)  # smallest and largest mass in held postures, [kg]
 _NUM_POSTURES = 30
-# Turns of the wrist from one posture, [rad], and SDs of a wrist sensor's errors, which agree over half a minute, with
-# its offsets, [N] and [N m].
+# Home posture and rotations of the wrist from it, [rad]; SDs of a wrist sensor's errors, which are correlated over
+# half a minute, and its offsets, [N] and [N m].
 _HOME = np.array([3.14, 0.79, 3.14])
 _TURNS = np.array(
     [[-0.25, 0, 0.4], [0.2, 0.15, 0.4], [0.25, -0.1, 0.4], [-0.2, -0.1, -0.6], [0.1, 0.15, -0.5], [0, 0.19, -0.25]]
@@ -34,16 +31,16 @@ _SLOW_ERRORS, _OFFSETS = [0.06, 0.15, 0.12, 8e-3, 3e-3, 3e-4], [-3.0, -4.7, -16.
 
 
 def draw_postures(num: int, num_joints: int, rng: np.random.Generator) -> Array:
-    """Draws joint angles, shape (num, num_joints), [rad]."""
+    """Draws random joint angles, shape (num, num_joints), [rad]."""
     return rng.uniform(-1.5, 1.5, (num, num_joints))
 
 
 def draw_errors(times: Array, num_channels: int, agreement: float, rng: np.random.Generator) -> Array:
-    """Draws errors of unit variance with a correlation time, shape (N, num_channels).
+    """Draws errors with unit variance and a correlation time, shape (N, num_channels).
 
     Args:
         times: Evenly spaced times, shape (N,), [s].
-        num_channels: Number of channels, which err independently.
+        num_channels: Number of channels, with independent errors.
         agreement: Integrated autocorrelation time of the first-order autoregression, [s]; 0 for white noise.
         rng: Random generator.
     """
@@ -61,9 +58,7 @@ def draw_errors(times: Array, num_channels: int, agreement: float, rng: np.rando
 def generate_wrench(
     robot: SerialChain, q: Array, pi: Array, rng: np.random.Generator, tilt_deg: float = 1.0, gain_sd: float = 0.01
 ) -> Array:
-    """Generates forces and moments of a sensor with offsets and wrong gains.
-
-    The base is not level.
+    """Generates forces and moments of a sensor with offsets and gain errors on a tilted base.
 
     Args:
         robot: Arm up to the sensor.
@@ -71,7 +66,7 @@ def generate_wrench(
         pi: Inertial parameters of the load, shape (10,).
         rng: Random generator.
         tilt_deg: Tilt of the base, [deg].
-        gain_sd: Relative SD of each channel's gain about 1.
+        gain_sd: SD of each channel's gain, whose mean is 1.
 
     Returns: The signal, shape (N, 6), [N] and [N m].
     """
@@ -88,9 +83,9 @@ def generate_wrench(
 def generate_torques(
     robot: SerialChain, q: Array, loads: tuple[Array, ...], rng: np.random.Generator
 ) -> tuple[Array, ...]:
-    """Generates torques of six joints with each load.
+    """Generates the torques of six joints with each load.
 
-    Sensor offsets drift, and gains and links are wrong.
+    Sensor offsets drift. Gains have errors of 1 % and link masses of 10 %.
 
     Args:
         robot: Arm with six joints.
@@ -98,7 +93,7 @@ def generate_torques(
         loads: Inertial parameters of each load, shape (10,) each.
         rng: Random generator.
 
-    Returns: The torques with each load, shape (N, 6) each, [N m]; gains are off by 1 %, masses of links by 10 %.
+    Returns: The torques with each load, shape (N, 6) each, [N m].
     """
     links = robot.link_parameters * (1.0 + 0.1 * rng.standard_normal((6, 1)))
     gain, rest = 1.0 + rng.normal(0.0, 0.01, 6), np.zeros_like(q)
@@ -111,14 +106,12 @@ def generate_torques(
 
 
 def generate_slow_wrench(payload: Array, rng: np.random.Generator, late: float = 0.0) -> tuple[SerialChain, Run]:
-    """Generates a wrist sensor's run with a slowly turned load.
-
-    The load turns between six held postures.
+    """Generates a wrist sensor's run in which the load moves slowly between six held postures.
 
     Args:
         payload: Inertial parameters of the load, shape (10,).
         rng: Random generator.
-        late: Time by which forces and moments are late, [s].
+        late: Delay of forces and moments, [s].
 
     Returns: The wrist and its run of 174 s.
     """
@@ -136,7 +129,7 @@ def generate_slow_wrench(payload: Array, rng: np.random.Generator, late: float =
 
 
 def hold(robot: SerialChain, q: Array, signal: Array, kind: SignalKind, name: str = "held") -> Run:
-    """Builds a run of postures, (N, n), from a signal in each, (N, C)."""
+    """Builds a run of postures, (N, n), from the signal in each posture, (N, C)."""
     times = np.linspace(0.0, 0.5 * (len(q) - 1), len(q))
     return Run(name, RunDescription(robot.joint_names, kind, postures=True), times, q, signal)
 
@@ -172,7 +165,7 @@ def _record(robot: SerialChain, loaded: Run, truth: Array, solid: str, empty: Ru
     return Recordings(robot, empty, loaded, None, truth, Factors(solid, True, truth[0], length, 0.0, 0.0))
 
 
-# Functions that draw the recordings of a load, by the name of the case.
+# Functions that simulate the recordings of a load, for each case.
 AT_REST: Mapping[str, Callable[[str, np.random.Generator], Recordings]] = {
     "slow_wrist": _draw_slow_wrist,
     "wrist_1": partial(_draw_held_wrist, gain_sd=0.01),

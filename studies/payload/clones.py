@@ -1,6 +1,6 @@
 """Reads recordings of two robots from clones of public repositories.
 
-Other recordings in these repositories were held back for an independent check: no code here opens them.
+Other recordings in these repositories were reserved for an independent check and are not read by any code here.
 """
 
 from pathlib import Path
@@ -19,15 +19,12 @@ _HERE = Path(__file__).parent
 _UR10E = Path("dynamic_calibration")
 _UR10E_RUNS = _UR10E / "dataset_ur10e" / "identification_data"
 _PANDA = Path("FrankaEmikaPandaDynModel/matlab/data/Exciting_Traj/Trajectory_1/rbt_log")
-# Mass of the UR10e's load as its owner weighed it, [kg].
+# Mass of the UR10e's load according to its owner, [kg].
 UR10E_LOAD = 2.805
 
 
 class Ur10eData(NamedTuple):
-    """Recordings of a UR10e that repeats a motion with and without a load.
-
-    The empty motion comes first.
-    """
+    """Recordings of a UR10e that performs one motion first without a load, then with it."""
 
     robot: SerialChain
     empty: Run
@@ -35,7 +32,7 @@ class Ur10eData(NamedTuple):
 
 
 class PandaData(NamedTuple):
-    """Recording of a Panda that moves with a bare flange; its joints have torque sensors."""
+    """Recording of a Panda with joint torque sensors and a bare flange."""
 
     robot: SerialChain
     empty: Run

@@ -1,7 +1,7 @@
-"""``affordance study payload``: tests how far identified payloads can be trusted.
+"""``affordance study payload``: tests how accurate identified payloads and their intervals are.
 
-Without options it identifies simulated loads, whose truth is known. With ``--data`` it reads published recordings of
-others. In these a UR10e holds a weighed load, and a Panda's torques get added payloads.
+Without options, simulated loads with known truth are identified. With ``--data``, published recordings are read: a
+UR10e with a weighed load, and a Panda whose torques are combined with torques of simulated payloads.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from studies.payload.panda import study_panda
 from studies.payload.ur10e import study_ur10e
 from studies.study import Findings, Study, Work, add_only, format_table, run_kept
 
-# Robots whose signals change in the loaded run alone, by the name of the case.
+# Robots whose signals change only in the loaded run, for each case.
 _OF_CHANGES = {"panda_changes": "panda", "ur_changes": "ur"}
 
 
@@ -40,10 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Plans the simulated loads, or reads all recordings.
-
-    A missing clone is thus reported at once.
-    """
+    """Plans the simulated loads, or reads all recordings so that a missing clone is reported at once."""
     check_whole("--injections", arguments.injections, REPEATS)
     if arguments.data is None:
         return partial(_simulate, arguments)
@@ -77,7 +74,15 @@ def _read(arguments: argparse.Namespace, pair: Ur10eData, panda: PandaData, fold
         [f"UR10e, load of {UR10E_LOAD:g} kg, analysed with", "mass (kg)", "SD (g)"], _list_ur10e(numbers["ur10e"])
     )
     numbers["panda"] = study_panda(panda, settings, num_injections=arguments.injections, seed=arguments.seed)
-    header = ["Panda, windows of (s)", "90 % coverage: mass", "centre of mass", "moments", "rms error (g)", "SD (g)"]
+    header = [
+        "Panda, windows of (s)",
+        "stretches",
+        "90 % coverage: mass (range over stretches)",
+        "centre of mass",
+        "moments",
+        "RMS error (g)",
+        "SD (g)",
+    ]
     _print_table(header, [_list_panda(name, found) for name, found in numbers["panda"].items()])
     yield Findings({**numbers, "injections": arguments.injections, "seed": arguments.seed})
 
@@ -92,17 +97,18 @@ def _list_ur10e(n: Mapping[str, Any]) -> list[list[str]]:
     return [[name, f"{mass:.3f}", f"{1e3 * sd:.0f}"] for name, mass, sd in rows]
 
 
-def _list_panda(name: str, found: Mapping[str, float]) -> list[str]:
-    shares = [f"{found[f'coverage_{quantity}']:.3f}" for quantity in ("mass", "com", "moments")]
+def _list_panda(name: str, found: Mapping[str, Any]) -> list[str]:
     white = f"{name.removeprefix('white_')}, errors taken for white" if name.startswith("white_") else name
-    return [white, *shares, f"{found['rmse_mass_g']:.0f}", f"{found['median_sd_mass_g']:.0f}"]
+    cells = [
+        f"{found[key]:{form}} ({low:{form}} to {high:{form}})"
+        for key, (low, high) in found["range_of_stretches"].items()
+        for form in [".0f" if key.endswith("_g") else ".2f"]
+    ]
+    return [white, str(found["stretches"]), *cells]
 
 
 def _print_coverage(name: str, table: dict[str, Any]) -> None:
-    """Prints coverage at 50, 80 and 90 % for each factor's levels.
-
-    A star marks a significantly low coverage.
-    """
+    """Prints coverage at 50, 80 and 90 % for each level of each factor. A star marks a significantly low coverage."""
     print(f"{name}: {table['loads']} loads, {table['refused']} refused, {table['doubted']} doubted")
     rows = []
     for factor, levels in table["coverage"].items():
@@ -110,7 +116,7 @@ def _print_coverage(name: str, table: dict[str, Any]) -> None:
             shown = [" ".join(f"{c['share']:.2f}{'*' * c['is_low']}" for c in cells[group]) for group in GROUPS]
             number = str(cells["mass"][0]["number"])
             rows.append(["all loads" if factor == "all" else f"{factor}: {level}", number, *shown])
-    of_all = name in AT_REST  # nothing moves in them, so that the other levels say little
+    of_all = name in AT_REST  # without motion, the other levels are uninformative
     _print_table(
         [f"coverage at {', '.join(f'{s:g}' for s in SHARES)}", "loads", *GROUPS], rows[: 1 if of_all else None]
     )
@@ -124,9 +130,11 @@ def _print_coverage(name: str, table: dict[str, Any]) -> None:
 
 
 def _print_changes(name: str, doubted: Array) -> dict[str, float]:
-    """Prints the share of loads doubted for each change of signals.
+    """Prints the share of doubted loads for each change of signals in the loaded run.
 
-    Only the loaded run changes. ``doubted`` is (loads, changes); the shares are returned.
+    ``doubted`` has shape (loads, changes).
+
+    Returns: The shares.
     """
     shares = {f"{change:g}": float(share) for change, share in zip(CHANGES, doubted.mean(axis=0), strict=True)}
     rows = [[f"x {change}", f"{share:.2f}"] for change, share in shares.items()]

@@ -1,4 +1,4 @@
-"""Coverage of intervals of simulated payloads for each factor's levels, and errors of the means."""
+"""Computes the coverage of intervals of simulated payloads for each level of each factor, and errors of means."""
 
 import time
 from collections.abc import Mapping
@@ -20,14 +20,14 @@ from studies.payload.simulated import Recordings, simulate
 from studies.payload.solids import CLASSES
 
 SHARES = (0.5, 0.8, 0.9)
-# Quantities in column order: mass, coordinates of the centre of mass, and moments.
+# Quantities in the order of the columns: mass, coordinates of the centre of mass, and moments.
 GROUPS = {"mass": MASS, "c_x": slice(1, 2), "c_y": slice(2, 3), "c_z": slice(3, 4), "moments": MOMENTS}
-# Probability that coverage is called too low by mistake in at least one of all cells.
+# Probability of a false alarm of low coverage in at least one of all cells.
 _LEVEL = 0.01
-# Edges of the levels of mass, [kg], duration, [s], and speed, [rad/s].
+# Edges between levels of mass, [kg], duration, [s], and speed, [rad/s].
 _EDGES = {"mass": (0.5, 1.5), "length": (15.0, 30.0), "speed": (0.3, 0.55)}
 _NUM_SAMPLES = 16_000
-# Factors of the loaded run's signals, and words of the doubt that names such a change.
+# Factors that change signals of the loaded run, and words in the doubt about such a change.
 CHANGES, _OF_CHANGE = (1.0, 1.02, 1.03, 1.05), "the gains of the two runs differ"
 
 
@@ -36,7 +36,7 @@ class CoverageConfig:
     """Configuration of the loads of one robot."""
 
     arm: str  # name in ARMS or AT_REST
-    seed: int = 0  # root of every random draw
+    seed: int = 0  # root seed of all random draws
 
 
 class Cell(NamedTuple):
@@ -58,12 +58,11 @@ class Cell(NamedTuple):
 
 
 def run_load(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Simulates and identifies one load. Classes of solids take turns.
+    """Simulates and identifies one load. Successive repeats cycle through the classes of solids.
 
-    Returns:
-        ``place``, the posterior probability of values below the truth; ``truth``, ``mean`` and ``sd``, in the order
-        of ``describe_bodies``, (10,) each; ``factors``; ``trusted``, 1 if there are no doubts; ``doubts`` in words;
-        ``seconds`` of CPU. Results are NaN if the recording was refused.
+    Returns: ``place``, the posterior probability of values below the truth; ``truth``, ``mean`` and ``sd``, in the
+        order of ``describe_bodies``, (10,) each; ``factors``; ``trusted``, 1 if there are no doubts; ``doubts`` in
+        words; ``seconds`` of CPU time. Results are NaN if the recording was rejected.
     """
     rng = np.random.default_rng((config.seed, [*ARMS, *AT_REST].index(config.arm), repeat))
     names = tuple(CLASSES)
@@ -104,12 +103,9 @@ def _identify(drawn: Recordings, seed: int) -> dict[str, NDArray[Any]]:
 
 
 def run_changes(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Simulates and identifies one load with changed signals in the loaded run.
+    """Simulates and identifies one load with each of ``CHANGES`` applied to the signals of the loaded run.
 
-    Each of ``CHANGES`` is applied.
-
-    Returns:
-        ``doubted``, 1 where a change of gains is a reason for doubt, shape (len(CHANGES),).
+    Returns: ``doubted``, 1 if the change of gains was doubted, shape (len(CHANGES),).
     """
     names = tuple(CLASSES)
     rng = np.random.default_rng((config.seed, len(ARMS) + len(AT_REST), repeat))
@@ -124,10 +120,7 @@ def run_changes(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 
 def tabulate(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Computes coverage for each level of each factor.
-
-    Also compares errors of means with stated errors.
-    """
+    """Computes coverage for each level of each factor, and compares errors of means with stated SDs."""
     ran = np.isfinite(found["trusted"])
     place, levels = found["place"][ran], _list_levels(found["factors"][ran])
     num_cells = sum(len(each) for each in levels.values()) * len(SHARES) * 4
@@ -175,10 +168,7 @@ def _count(place: Array, share: float, num_cells: int) -> dict[str, Any]:
 
 
 def _list_levels(factors: Array) -> dict[str, dict[str, NDArray[np.bool_]]]:
-    """Lists masks of the loads at each level of each factor.
-
-    Levels without loads are left out.
-    """
+    """Lists masks of the loads at each level of each factor. Levels without loads are left out."""
     solid, paired, mass, length, speed, cable = factors.T
     levels = {"all": {"all": np.ones(len(factors), dtype=bool)}}
     levels["solid"] = {name: solid == number for number, name in enumerate(CLASSES)}
@@ -197,10 +187,7 @@ def _list_levels(factors: Array) -> dict[str, dict[str, NDArray[np.bool_]]]:
 def _compare_means(
     found: Mapping[str, NDArray[Any]], levels: Mapping[str, Mapping[str, NDArray[np.bool_]]]
 ) -> dict[str, Any]:
-    """Compares RMS errors of the means with stated errors.
-
-    Both are for mass and centre of mass.
-    """
+    """Compares RMS errors of the posterior means with stated SDs, for mass and centre of mass."""
     rows: dict[str, Any] = {}
     for factor in ("all", "runs", "mass"):
         for level, of_level in levels[factor].items():

@@ -1,8 +1,8 @@
-"""Adds torques of random payloads to a Panda's measured torques, whose noise is real.
+"""Adds torques of random payloads to a Panda's measured torques with real noise.
 
-An injected payload passes through no sensor, so gains are exact here; everything else is as on a real robot. The arm
-is fitted outside the window of identification and half a second on either side. Payloads are two or three boxes in a
-row on the flange, from foam to steel.
+The sensors do not measure the added torques, so gains are exact here. Everything else is as on a real robot. The arm
+is fitted outside the identified window and a margin of half a second on either side. Payloads are two or three boxes
+in a row on the flange, with densities from foam to steel.
 """
 
 from collections.abc import Iterator
@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from tqdm import tqdm
 
 from affordance.arrays import Array, Mask
@@ -25,7 +26,7 @@ from affordance.objects.inertia import parameters_from_pseudo_inertia
 from studies.payload.clones import PandaData
 
 LENGTHS = (2, 5, 10)  # durations of the windows, [s]
-_CONTROL = 5  # duration of the windows in which white noise is assumed for comparison, [s]
+_CONTROL = 5  # duration of the windows for comparison with white noise, [s]
 _GUARD = 1  # [cells]
 # Masses of payloads, edges across and along the row, [m], and densities, [kg/m^3], all log-uniform; and offsets
 # across the row, [m].
@@ -33,23 +34,30 @@ _MASSES = (0.1, 3.0)
 _LEAST_EDGES, _LARGEST_EDGES = (0.015, 0.015, 0.02), (0.15, 0.15, 0.18)
 _DENSITIES = (300.0, 8000.0)
 _OFFSET = 0.03
-# A payload is drawn again until its mass differs from the drawn mass by at most a quarter.
+# A payload is drawn again until its mass is within a quarter of the drawn mass.
 _TOLERANCE = 0.25
 
 
 class Injections(NamedTuple):
-    """Identified payloads for one length of window, (N, 10).
-
-    Quantities are in the order of ``describe_bodies``.
-    """
+    """Identified payloads for one duration of window, (N, 10), in the order of ``describe_bodies``."""
 
     truth: Array
     mean: Array  # posterior means
     sd: Array  # posterior standard deviations
-    inside: Mask  # true where the 90 % interval contains the truth
+    inside: Mask  # True if the 90 % interval contains the truth
+    stretch: NDArray[np.int_]  # (N,); the part of the recording that contains the middle of the payload's window
 
-    def summarise(self) -> dict[str, float]:
-        """Computes coverage of 90 % intervals, and mass errors, [g]."""
+    def summarise(self) -> dict[str, Any]:
+        """Computes the coverage of 90 % intervals, and mass errors, [g], with the range over parts of the recording.
+
+        Payloads of one part share its errors, so an interval over payloads would be too narrow.
+        """
+        numbers = self._measure()
+        parts = [Injections(*(of[self.stretch == k] for of in self))._measure() for k in np.unique(self.stretch)]
+        ranges = {name: [f(part[name] for part in parts) for f in (min, max)] for name in numbers}
+        return {**numbers, "stretches": len(parts), "range_of_stretches": ranges}
+
+    def _measure(self) -> dict[str, float]:
         errors = self.mean[:, 0] - self.truth[:, 0]
         return {
             "coverage_mass": float(self.inside[:, MASS].mean()),
@@ -65,9 +73,8 @@ def study_panda(
 ) -> dict[str, Any]:
     """Identifies random payloads in random windows.
 
-    Returns:
-        Coverage and errors by length of window, [s], and under ``white_5`` for windows of 5 s if errors are taken for
-        white noise.
+    Returns: Coverage and errors for each duration of window, [s]. The key ``white_5`` is for windows of 5 s with
+        errors assumed to be white noise.
     """
     study = PandaStudy(data, settings)
     white = replace(settings, correlated_noise=False, floor=False)
@@ -80,10 +87,7 @@ def study_panda(
 
 
 class PandaStudy:
-    """Prepared recording, with a cached arm for each window.
-
-    The arm is fitted outside the window.
-    """
+    """Prepared recording, with a cached arm for each window, fitted outside the window."""
 
     def __init__(self, data: PandaData, settings: IdentificationSettings) -> None:
         self._robot, self._run = data.robot, data.empty
@@ -98,10 +102,12 @@ class PandaStudy:
         self._arms: dict[tuple[int, int, IdentificationSettings], FittedArm] = {}
 
     def inject(self, length: int, settings: IdentificationSettings, *, num_injections: int, seed: int) -> Injections:
-        """Identifies random payloads in windows of a given length, [s]."""
+        """Identifies random payloads in windows of a given duration, [s]."""
         found = []
         drawn = self._draw(length, settings, num_injections, seed)
-        for payload, evidence in tqdm(
+        cells = round(length / CELL)
+        num_stretches = max(1, round(self._num_cells / cells))
+        for first, payload, evidence in tqdm(
             drawn, desc=f"Panda, {length} s", unit="payload", total=num_injections, disable=None
         ):
             if not settings.correlated_noise:
@@ -109,19 +115,20 @@ class PandaStudy:
             marginals = infer(evidence, self._gains, settings=settings).marginals
             truth = describe_bodies(payload[None])[0]
             inside = (marginals.low90 <= truth) & (truth <= marginals.high90)
-            found.append((truth, marginals.mean, marginals.sd, inside))
+            stretch = int((first + 0.5 * cells) / self._num_cells * num_stretches)
+            found.append((truth, marginals.mean, marginals.sd, inside, stretch))
         return Injections(*(np.array(each) for each in zip(*found, strict=True)))
 
     def _draw(
         self, length: int, settings: IdentificationSettings, num_injections: int, seed: int
-    ) -> Iterator[tuple[Array, Evidence]]:
-        """Draws payloads, (10,), each with its evidence in a random window."""
+    ) -> Iterator[tuple[int, Array, Evidence]]:
+        """Draws random windows, each with its first cell, a payload, (10,), and the evidence."""
         rng = np.random.default_rng((seed, length))
         num_windows = self._num_cells - round(length / CELL) + 1
         for _ in range(num_injections):
             first = int(rng.integers(num_windows))
             payload = draw_payload(rng, _MASSES)
-            yield payload, self._build_evidence(first, length, payload, settings)
+            yield first, payload, self._build_evidence(first, length, payload, settings)
 
     def _build_evidence(self, first: int, length: int, payload: Array, settings: IdentificationSettings) -> Evidence:
         cells = round(length / CELL)
@@ -144,9 +151,7 @@ class PandaStudy:
 def draw_payload(rng: np.random.Generator, masses: tuple[float, float]) -> Array:
     """Draws a payload's parameters, (10,), at the flange.
 
-    The mass is log-uniform in bounds, [kg].
-
-    The axis z of the flange points outward.
+    The mass is log-uniform within bounds, [kg]. The flange's z points outwards.
     """
     mass = np.exp(rng.uniform(np.log(masses[0]), np.log(masses[1])))
     while True:
@@ -166,7 +171,7 @@ def draw_payload(rng: np.random.Generator, masses: tuple[float, float]) -> Array
 
 
 def _build_column(edges: Array, centre: Array, R: Array) -> Array:
-    """Computes the inertial parameters of a box at a density of 1 kg/m^3."""
+    """Computes the inertial parameters of a box with a density of 1 kg/m^3."""
     volume = float(np.prod(edges))
     J = np.zeros((4, 4))
     J[:3, :3] = volume * (R @ np.diag(edges**2 / 12.0) @ R.T + np.outer(centre, centre))

@@ -1,8 +1,8 @@
 """Simulates recordings of a known payload, with the errors in ``errors.py``.
 
-The arm's links differ from its file. Gains, friction and offsets differ in each run; friction depends on speed as
-Stribeck found, and grows with the load; errors of neighbouring samples are correlated; and a cable may pull at one of
-the last links. The motion is a Fourier series around a home posture.
+The arm's links differ from its file. Gains, friction and offsets change in each run. Friction has a Stribeck effect
+and increases with the load. Errors of neighbouring samples are correlated. A cable may pull at one of the last links.
+The motion is a Fourier series around a home posture.
 """
 
 from dataclasses import dataclass, replace
@@ -43,14 +43,14 @@ from studies.payload.solids import CLASSES
 _RATE = 100.0  # [Hz]
 _GRAVITY = 9.81
 _NUM_HARMONICS = 5
-_AMPLITUDES = (0.3, 0.9)  # root mean square of a joint's angle about its home, before limits are applied, [rad]
-_MARGIN = 0.1  # distance that motions keep from the limits of the robot's file, [rad]
-_SMOOTH = 0.01  # range of speeds over which friction changes its sign, [rad/s]
-# Rest before and after a motion, time in which the motion gathers speed, and part of the first rest that is missing
-# in the loaded run, [s].
+_AMPLITUDES = (0.3, 0.9)  # range of a joint's RMS angle about home, before limits are applied, [rad]
+_MARGIN = 0.1  # distance of motions from the limits in the robot's file, [rad]
+_SMOOTH = 0.01  # range of speeds over which friction reverses, [rad/s]
+# Rest before and after a motion, time of acceleration, and part of the first rest that is missing in the loaded run,
+# [s].
 _REST, _RAMP, _MISSED = 0.5, 1.0, (0.0, 0.3)
-# Load for estimating the gains of currents, [kg], its distance from the flange, [m], and length, [s], and speed,
-# [rad/s], of that pair of runs.
+# Load for calibrating the gains of currents, [kg], its distance from the flange, [m], and duration, [s], and speed,
+# [rad/s], of the pair of runs.
 _WEIGHED, _AWAY, _WEIGHED_LENGTH, _WEIGHED_SPEED = 3.0, 0.06, 30.0, 0.4
 
 
@@ -58,11 +58,11 @@ class Factors(NamedTuple):
     """Random factors of one load."""
 
     solid: str  # class of solids
-    paired: bool  # true if the loaded run repeats the empty one
+    paired: bool  # True if the loaded run repeats the empty run
     mass: float  # [kg]
     length: float  # duration of the loaded run, [s]
     speed: float  # root mean square speed of a joint, [rad/s]
-    cable: float  # mass of the cable that pulls in the loaded run, [kg]
+    cable: float  # mass of the cable in the loaded run, [kg]
 
 
 class Recordings(NamedTuple):
@@ -71,7 +71,7 @@ class Recordings(NamedTuple):
     robot: SerialChain  # arm according to its file
     empty: Run | None
     loaded: Run
-    gains: Gains | None  # gains estimated before with a weighed load; None for sensors of torque
+    gains: Gains | None  # gains calibrated with a weighed load; None for torque sensors
     truth: Array  # true inertial parameters at the tip, shape (10,)
     factors: Factors
 
@@ -83,19 +83,19 @@ class Recordings(NamedTuple):
 
 @dataclass(frozen=True)
 class SimulatedArm:
-    """True arm: its links, friction and sensors."""
+    """True arm: links, friction and sensors."""
 
     errors: ArmErrors
     robot: SerialChain  # arm according to its file
     links: Array  # true parameters of the links, shape (n, 10)
-    friction: Array  # Coulomb and viscous friction, before it changes from run to run, shape (n, 2), [N m]
-    load_friction: Array  # fraction of the load that is lost to friction at each joint, shape (n,)
+    friction: Array  # Coulomb and viscous friction before changes between runs, shape (n, 2), [N m]
+    load_friction: Array  # fraction of the load lost to friction at each joint, shape (n,)
     gain: Array  # gains in this session, shape (n,), [unit of the signal per N m]
     agreement: float  # time constant of the errors, [s]
 
     @classmethod
     def draw(cls, errors: ArmErrors, robot: SerialChain, rng: np.random.Generator) -> "SimulatedArm":
-        """Draws a true arm: links, friction and sensors."""
+        """Draws the links, friction and sensors of a true arm."""
         n = robot.num_joints
         links = robot.link_parameters * (1.0 + LINK_ERROR * rng.standard_normal((n, 1)))
         links[:, 1:4] += LINK_ERROR * LINK_LENGTH * links[:, :1] * rng.standard_normal((n, 3))
@@ -127,10 +127,7 @@ class SimulatedArm:
         cable: float = 0.0,
         start: float = 0.0,
     ) -> Run:
-        """Records a motion from time ``start``, [s], with a payload and a cable.
-
-        The payload is (10,), the cable in [kg].
-        """
+        """Records a motion from time ``start``, [s], with a payload, (10,), and a cable, [kg]."""
         errors, n = self.errors, self.robot.num_joints
         times = np.arange(round((motion.length + 2.0 * _REST - start) * _RATE)) / _RATE
         q, v, vdot = motion.evaluate(start + times)
@@ -161,7 +158,7 @@ class SimulatedArm:
         )
 
     def _draw_errors(self, num: int, rng: np.random.Generator) -> Array:
-        """Draws errors of a first-order autoregression with SD one, (num, n)."""
+        """Draws errors of a first-order autoregression with unit SD, (num, n)."""
         share = np.exp(-1.0 / (_RATE * self.agreement))
         values = rng.standard_normal((num, self.robot.num_joints))
         values[1:] *= np.sqrt(1.0 - share**2)
@@ -170,10 +167,7 @@ class SimulatedArm:
         return values
 
     def _pull(self, q: Array, v: Array, vdot: Array, cable: float, rng: np.random.Generator) -> Array:
-        """Computes the torques, (N, n), due to a cable at one of the last three links.
-
-        The cable also pulls sideways.
-        """
+        """Computes the torques, (N, n), due to weight and sideways pull of a cable at one of the last three links."""
         links = list(self.robot.compute_link_motions(q, v, vdot))
         angle = rng.uniform(0.0, 2.0 * np.pi)
         aside = CABLE_PULL * np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -198,10 +192,7 @@ class Motion:
     def draw(
         cls, errors: ArmErrors, robot: SerialChain, length: float, speed: float, rng: np.random.Generator
     ) -> "Motion":
-        """Draws a motion with a given RMS speed, [rad/s].
-
-        The motion is within the limits of the robot's file.
-        """
+        """Draws a motion with a given RMS speed, [rad/s], within the limits of the robot's file."""
         n, home = robot.num_joints, np.array(errors.home)
         sine, cosine = rng.standard_normal((2, _NUM_HARMONICS, n)) / np.arange(1, _NUM_HARMONICS + 1)[:, None]
         size = np.sqrt(0.5 * (sine**2 + cosine**2).sum(axis=0))
@@ -226,11 +217,8 @@ class Motion:
         return q, first * rate[:, None], second * rate[:, None] ** 2 + first * change[:, None]
 
     def _advance(self, times: Array) -> tuple[Array, Array, Array]:
-        """Computes the series' phase, [s], and its first two derivatives.
-
-        The motion is from rest to rest.
-        """
-        middle = self.length - _RAMP  # duration of an equal motion without ramps
+        """Computes the phase of the series, [s], and its first two derivatives, from rest to rest."""
+        middle = self.length - _RAMP  # duration of the same motion without ramps
 
         def ramp(x: Array) -> tuple[Array, Array, Array]:
             x = np.clip(x / _RAMP, 0.0, 1.0)
@@ -244,15 +232,13 @@ class Motion:
 
 
 def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator, share_paired: float = PAIRED) -> Recordings:
-    """Simulates the recordings of one load from a class of solids.
-
-    Factors are random.
+    """Simulates the recordings of one load from a class of solids, with random factors.
 
     Args:
         errors: Sizes of the arm's errors.
-        solid: Class of solids, of ``CLASSES``.
+        solid: Class of solids, a key of ``CLASSES``.
         rng: Random generator.
-        share_paired: Probability that the loaded run repeats the empty one.
+        share_paired: Probability that the loaded run repeats the empty run.
     """
     robot = load_robot(errors.robot, errors.tip)
     mass, length, speed = (_draw_log_uniform(rng, bounds) for bounds in (errors.masses, LENGTHS, SPEEDS))
@@ -272,10 +258,7 @@ def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator, share_pair
 
 
 def _weigh(arm: SimulatedArm, rng: np.random.Generator) -> Gains:
-    """Estimates the gains of currents with a weighed load.
-
-    The pair of runs is from the day before.
-    """
+    """Estimates the gains of currents from a pair of runs with a weighed load on the day before."""
     motion = Motion.draw(arm.errors, arm.robot, _WEIGHED_LENGTH, _WEIGHED_SPEED, rng)
     payload = _WEIGHED * np.array([1.0, 0.0, 0.0, _AWAY, *[2.0 * _AWAY**2] * 3, 0.0, 0.0, 0.0])
     empty = arm.record(motion, rng, source="weighed, empty", payload=np.zeros(10))

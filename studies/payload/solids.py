@@ -1,9 +1,7 @@
 """Objects from a workshop and a kitchen, for tests of the prior of solids.
 
-None of them was used to build that prior.
-
-Sizes and materials come from listings of shops. Each object is held at its handle, or anywhere along it, in any
-direction.
+No object was used to build this prior. Sizes and materials come from listings of shops. Each object is held at its
+handle, or anywhere along its length, in any orientation.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,13 +13,13 @@ from affordance.arrays import Array
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 
 _STEEL, _ALUMINIUM, _WOOD, _PLASTIC = 7850.0, 2700.0, 700.0, 1100.0
-_HELD_SD, _PLACED_SD = 0.03, 0.06  # SD of each coordinate of the grip at the tip, handle and box, [m]
+_HELD_SD, _PLACED_SD = 0.03, 0.06  # SD of the position of handles and boxes at the tip, along each axis, [m]
 
 
 class _Part(NamedTuple):
-    """Part of an object: mass, [kg], centre, [m], and mean squares of coordinates, [m^2].
+    """Part of an object: mass, [kg], centre, [m], and mean squared coordinates about the centre, [m^2].
 
-    Centre and axes are the object's, and squares are about the centre.
+    Centre and axes are expressed in the object's frame.
     """
 
     mass: float
@@ -30,20 +28,14 @@ class _Part(NamedTuple):
 
 
 def draw_box(rng: np.random.Generator) -> Array:
-    """Draws the parameters, (10,), of a compact box, tin or camera.
-
-    The object has 3 to 15 cm and 0.05 to 4 kg.
-    """
+    """Draws the parameters, (10,), of a compact box, tin or camera of 3 to 15 cm and 0.05 to 4 kg."""
     edges = rng.uniform(0.03, 0.15, 3)
     mass = float(np.clip(edges.prod() * np.exp(rng.uniform(np.log(200.0), np.log(3000.0))), 0.05, 4.0))
     return _hold(rng, [_Part(mass, (0.0, 0.0, 0.0), edges**2 / 12.0)], _PLACED_SD)
 
 
 def draw_hammer(rng: np.random.Generator) -> Array:
-    """Draws the parameters, (10,), of a hammer with a handle of wood or fibre.
-
-    The head has 0.15 to 1 kg.
-    """
+    """Draws the parameters, (10,), of a hammer with a wooden or fibre handle and a head of 0.15 to 1 kg."""
     length, head, width = rng.uniform(0.25, 0.38), rng.uniform(0.15, 1.0), rng.uniform(0.08, 0.14)
     radius = np.sqrt(head / (_STEEL * width * np.pi))
     grip = rng.uniform(0.04, 0.12)
@@ -54,10 +46,7 @@ def draw_hammer(rng: np.random.Generator) -> Array:
 
 
 def draw_pan(rng: np.random.Generator) -> Array:
-    """Draws the parameters, (10,), of a frying pan of aluminium or steel.
-
-    The pan is 16 to 28 cm wide.
-    """
+    """Draws the parameters, (10,), of an aluminium or steel frying pan, 16 to 28 cm wide."""
     width, thickness = rng.uniform(0.16, 0.28), rng.uniform(0.002, 0.005)
     bowl = 1.3 * np.pi * width**2 / 4.0 * thickness * rng.choice([_ALUMINIUM, _STEEL])  # factor 1.3 for the rim
     length, handle, grip = rng.uniform(0.15, 0.22), rng.uniform(0.08, 0.25), rng.uniform(0.04, 0.10)
@@ -70,10 +59,7 @@ def draw_pan(rng: np.random.Generator) -> Array:
 
 
 def draw_rod(rng: np.random.Generator) -> Array:
-    """Draws the parameters, (10,), of a rod of wood, plastic or metal.
-
-    The rod is 12 to 60 cm long.
-    """
+    """Draws the parameters, (10,), of a wooden, plastic or metal rod, 12 to 60 cm long."""
     length, radius = rng.uniform(0.12, 0.60), rng.uniform(0.005, 0.020)
     mass = np.pi * radius**2 * length * rng.choice([_WOOD, _PLASTIC, _ALUMINIUM, _STEEL])
     return _hold(rng, [_build_rod(max(mass, 0.03), length, radius, rng.uniform(-0.35, 0.35) * length)], _HELD_SD)
@@ -92,7 +78,7 @@ def _build_rod(mass: float, length: float, radius: float, along: float) -> _Part
 
 
 def _hold(rng: np.random.Generator, parts: Sequence[_Part], held_sd: float) -> Array:
-    """Turns an object at random and holds it near the tip. Returns its parameters, (10,)."""
+    """Rotates an object randomly and places it near the tip. Returns its parameters, (10,)."""
     J = np.zeros((4, 4))
     for mass, centre, squares in parts:
         place = np.array(centre)

@@ -13,14 +13,15 @@ _LOADED_JOINTS = (2, 3)
 
 
 def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> dict[str, Any]:
-    """Identifies the load in three ways, with decreasing knowledge.
+    """Identifies the load in three ways, with decreasing prior knowledge.
 
     Returns:
         ``half_mass_kg``, ``half_sd_kg``, ``half_error`` (relative) and ``half_inside`` (1 if the 90 % interval
-        contains the weighed mass): each half of the run with gains from the other half; ``unpaired_mass_kg`` and
-        ``unpaired_mass_sd_kg``: an arm fitted to the empty run, with gains from the pair; ``by_arm_weight_mass_kg``,
-        ``by_arm_weight_mass_sd_kg`` and ``by_arm_weight_interval90_kg``: gains from the arm's weight in its file;
-        ``load_friction``: fraction of the load that joints 2 and 3 lose.
+            contains the weighed mass): for each half of the run, with gains from the other half.
+        ``unpaired_mass_kg``, ``unpaired_mass_sd_kg``: with an arm fitted to the empty run, and gains from the pair.
+        ``by_arm_weight_mass_kg``, ``by_arm_weight_mass_sd_kg``, ``by_arm_weight_interval90_kg``: with gains from the
+            arm's weight according to its file.
+        ``load_friction``: fraction of the load lost to friction at joints 2 and 3.
     """
     evidence = pair_runs(data.robot, data.empty, data.loaded, settings)
     gains = calibrate_gains(evidence, UR10E_LOAD, settings)

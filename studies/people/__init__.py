@@ -1,1 +1,1 @@
-"""Published experiments with people, and their results."""
+"""Study that fits the learner to published experiments with human participants."""

@@ -1,4 +1,4 @@
-"""``affordance study people``: fits the relative width of a category to two groups."""
+"""``affordance study people``: fits kappa, the relative breadth of a category, to two groups of participants."""
 
 import argparse
 import time
@@ -26,7 +26,7 @@ from studies.people.fit import Fraction, KappaFit, estimate_people_fraction, sim
 from studies.study import Findings, Study, Task, Work
 
 _LEARNERS = (KINDS_MAP, KINDS_DRAWN)
-LEAST_VOLUME = 0.01  # smallest factor of volumes; the largest is its inverse
+LEAST_VOLUME = 0.01  # smallest scale factor of volumes; the largest is its inverse
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -88,10 +88,7 @@ def _work(arguments: argparse.Namespace, setup: Setup, folder: Path) -> Iterator
 
 
 def compare_volumes(setup: Setup, volumes: Sequence[float]) -> int:
-    """Prints the mean f of Linear++ with scaled volumes, and the spread of observers.
-
-    All volumes are multiplied by each factor.
-    """
+    """Prints mean and SD of the learned fraction f in Linear++ for each scale factor of all volumes."""
     for learner in _LEARNERS:
         found: list[Array] = []
         for factor in volumes:
@@ -108,7 +105,7 @@ def compare_volumes(setup: Setup, volumes: Sequence[float]) -> int:
 
 
 def scale_volume(tool: Tool, factor: float) -> Tool:
-    """Builds a cylinder of the same mass with a scaled volume."""
+    """Builds a cylinder with the same mass and scaled volume."""
     radius, height = factor ** (1.0 / 3.0) * np.array(tool.components[0].shape.sizes)
     return cylinder(tool.name, radius=radius, height=height, mass=tool.mass)
 

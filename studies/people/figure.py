@@ -10,10 +10,7 @@ from studies.people.fit import THRESHOLD, Fraction, KappaFit
 
 
 def draw_kappa_fit(fit: KappaFit, people: Sequence[Fraction], title: str) -> Figure:
-    """Plots the learned fraction against kappa for each group.
-
-    Also plots people's fractions, and kappa's likelihood.
-    """
+    """Plots simulated and human learned fractions against kappa for each group, and the likelihood of kappa."""
     figure = Figure(figsize=(9.0, 3.9))
     left, right = figure.subplots(1, 2)
     for column, (group, found, colour) in enumerate(zip(GROUPS.values(), people, OBJECT_COLOURS, strict=False)):

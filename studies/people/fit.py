@@ -1,12 +1,12 @@
-"""Fits kappa to the groups of Linear+ and Linear++, with a confidence interval.
+"""Maximum likelihood estimate of kappa from the groups of Linear+ and Linear++.
 
-The learned fraction f of each group is compared between people and simulated observers. The error of people's f
-follows from the published intervals; the error of simulated means is included too. With Gaussian errors
+The learned fraction f of simulated observers is compared with the learned fraction of humans in each group. Standard
+errors of humans follow from published intervals. The log likelihood for normally distributed errors is
 
-    log L(kappa) = -1/2 sum over groups (f_people - f(kappa))^2 / (se_people^2 + se(kappa)^2) - log of their roots
+    log L(kappa) = sum over groups of -1/2 (f_people - f(kappa))^2 / s^2 - log s,  s^2 = se_people^2 + se(kappa)^2
 
-Only kappa is free, so this is its profile likelihood. The 95 % interval contains all kappa whose log likelihood is
-within 1.92 of the maximum. Between the simulated values of kappa, f and its error are interpolated linearly.
+The 95 % interval contains all kappa whose log likelihood is within 1.92 of the maximum. Between simulated values of
+kappa, f and its standard error are interpolated linearly.
 """
 
 import math
@@ -30,7 +30,7 @@ from affordance.runs.repeats import run_tasks
 _CONFIDENCE = 0.95
 # Log likelihood at the ends of the interval, relative to its maximum.
 THRESHOLD = -0.5 * float(chi2.ppf(_CONFIDENCE, 1))
-# Step of kappa at which the interpolated likelihood is evaluated.
+# Step of kappa for evaluating the interpolated likelihood.
 _STEP = 0.001
 
 
@@ -44,11 +44,10 @@ class Fraction(NamedTuple):
 
 
 def estimate_people_fraction(group: Group) -> Fraction:
-    """Estimates the learned fraction of people.
+    """Estimates the learned fraction of humans from published means and 95 % intervals (Student's t).
 
-    The fraction's error is of first order and assumes independent forces.
-
-    Means and 95 % intervals (Student's t) are published, but not the covariance of the two forces across people.
+    Errors are propagated to first order. Two forces are assumed to be independent, because their covariance is not
+    published.
     """
     end, family, weight = (group.people[name] for name in ("end_N", "family_N", "weight_N"))
     quantile = float(student_t.ppf(0.5 + _CONFIDENCE / 2.0, group.num_people - 1.0))
@@ -77,25 +76,19 @@ class KappaFit(NamedTuple):
 
     @property
     def is_bounded(self) -> bool:
-        """True if both ends of the interval lie within the simulated values."""
+        """True if both ends of the interval are within the range of simulated values."""
         return bool(self.low > self.grid[0] and self.high < self.grid[-1])
 
 
 def simulate_fraction(setup: Setup, tools: Sequence[Tool], kappa: float) -> tuple[float, float]:
-    """Computes the mean learned fraction of observers, and its standard error.
-
-    At least 2 observers are simulated.
-    """
+    """Computes the mean learned fraction of at least two observers, and its standard error."""
     changed = setup.change(learner=setup.settings.learner.change(kappa=kappa))
     fractions = simulate_fractions(changed, tools, f"kappa {kappa:.3f}")
     return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(setup.observers))
 
 
 def simulate_fractions(setup: Setup, tools: Sequence[Tool], what: str) -> Array:
-    """Computes all observers' learned fractions, (observers,).
-
-    ``what`` describes the progress bar.
-    """
+    """Computes the learned fractions of all observers, (observers,). ``what`` is the label of the progress bar."""
     parts = [part.tolist() for part in np.array_split(np.arange(setup.observers), setup.jobs) if len(part)]
     tasks = [partial(find_fractions, setup, tools, part) for part in parts]
     return np.concatenate(run_tasks(tasks, jobs=setup.jobs, description=what))
@@ -118,7 +111,7 @@ def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list
         kappas: Simulated values of kappa, increasing, (K,).
         fractions: Mean learned fractions of simulated observers, (K, groups).
         fraction_ses: Standard errors of these means, (K, groups).
-        people: Learned fraction of people in each group.
+        people: Learned fraction of humans in each group.
     """
     grid = np.arange(kappas[0], kappas[-1] + 0.5 * _STEP, _STEP)
     log_likelihood = np.zeros(len(grid))
@@ -133,10 +126,7 @@ def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list
 
 
 def simulate_and_fit(setup: Setup, kappas: Array, people: list[Fraction]) -> KappaFit:
-    """Simulates both groups at each kappa, and fits kappa to people.
-
-    The learner is the setup's.
-    """
+    """Simulates both groups for each kappa with the learner of the setup, and fits kappa to human data."""
     groups = [linear.make_objects(name) for name in linear.GROUPS]
     found = np.array([[simulate_fraction(setup, tools, float(kappa)) for tools in groups] for kappa in kappas])
     return fit_kappa(kappas, found[..., 0], found[..., 1], people)

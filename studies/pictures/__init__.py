@@ -1,1 +1,1 @@
-"""Study of objects in photographs and in ray-cast pictures."""
+"""Study of measuring objects in photographs and synthetic images."""

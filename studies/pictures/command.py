@@ -1,7 +1,7 @@
-"""``affordance study pictures``: measures volumes, places and masses of objects in pictures.
+"""``affordance study pictures``: accuracy of volumes, positions and masses of objects in images.
 
-Pictures are ray-cast or real. This is no blind test: the method and its constants were developed with the five real
-pictures at hand. The ray-cast scenes were drawn by a seed after the code was fixed.
+Images are real or ray-cast. The five real images are not test data: the method and its constants were developed with
+them. Ray-cast scenes were generated after the method was final.
 """
 
 import argparse
@@ -36,9 +36,9 @@ from studies.study import Findings, Study, Work, format_table, run_kept
 
 _HALF90, _HALF50 = 1.645, 0.6745
 _NUM_SAMPLES = 4000
-# A guess that is the same for everything, near the median mass of the objects, [kg].
+# Constant guess as a baseline, near the median mass of the objects, [kg].
 _CONSTANT = 0.18
-_WEIGHING_SD = 0.01  # of a scale, as a fraction
+_WEIGHING_SD = 0.01  # relative standard deviation of a scale
 
 
 @dataclass(frozen=True)
@@ -59,17 +59,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Plans the scenes and pictures."""
+    """Plans the measurement of scenes and photographs."""
     data = None if arguments.data is None else check_data(arguments.data)
     return partial(_measure, arguments, data)
 
 
 def run_scene(config: PicturesConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Measures a ray-cast scene.
+    """Measures the object in a ray-cast scene.
 
-    Returns errors in logarithm of the volume and in place, with their SDs.
-
-    Results are NaN if the picture is rejected.
+    Returns: Errors of log volume and position with their stated SDs; NaN if the image is rejected.
     """
     scene = draw_scene(config.seed, repeat)
     kind = np.array(repeat % 3)
@@ -115,7 +113,7 @@ def _measure(arguments: argparse.Namespace, data: Path | None, folder: Path) -> 
 
 
 def tabulate_scenes(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Prints and returns the summary of ray-cast scenes."""
+    """Prints and returns a summary of ray-cast scenes."""
     rows, numbers = [], dict[str, Any]()
     groups = {"all": np.ones(len(found["kind"]), dtype=bool)}
     groups |= {name: found["kind"] == k for k, name in enumerate(("box", "cylinder", "superquadric"))}
@@ -164,7 +162,7 @@ def tabulate_scenes(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
 
 def tabulate_readings(readings: Sequence[Reading]) -> dict[str, Any]:
-    """Prints and returns volumes of all objects in photographs."""
+    """Prints and returns measured and true volumes of all objects in photographs."""
     rows, numbers = [], dict[str, Any]()
     for each in readings:
         seen = each.seen
@@ -190,7 +188,7 @@ def tabulate_readings(readings: Sequence[Reading]) -> dict[str, Any]:
 
 
 def tabulate_masses(readings: Sequence[Reading]) -> dict[str, Any]:
-    """Prints and returns how well masses are guessed, by prior knowledge."""
+    """Prints and returns the accuracy of predicted masses, by prior knowledge."""
     pairs = [(a, b) for a in readings for b in readings if a.name == b.name and a.picture != b.picture]
     told = [each for each in readings if each.kind is not None]
     states = {
@@ -226,15 +224,13 @@ def tabulate_masses(readings: Sequence[Reading]) -> dict[str, Any]:
 
 
 def draw_masses(reading: Reading, material: str, *, knows: bool = True, weighed: Reading | None = None) -> Array:
-    """Draws masses of an object, [kg], from the belief of the commands.
-
-    The belief is about its tools file.
+    """Draws masses of an object, [kg], from the belief that the commands compute for its tools file.
 
     Args:
-        reading: Object in a picture.
+        reading: Object in an image.
         material: Material of its parts.
-        knows: False for the prior of any material.
-        weighed: The same object in another picture, if it was weighed there.
+        knows: True for the handbook density of the material, False for the prior of an unknown material.
+        weighed: Same object in another image in which it was weighed; None if it was not weighed.
     """
     prior, materials = DEFAULT_SETTINGS.prior, load_materials()
     tool = _build_tool(reading, material)
@@ -259,7 +255,7 @@ def draw_masses(reading: Reading, material: str, *, knows: bool = True, weighed:
 def _build_tool(reading: Reading, material: str, *weighings: Weighing) -> Tool:
     with tempfile.TemporaryDirectory() as folder:
         (tool,) = load_tools(reading.seen.write(Path(folder), reading.name, (material,)))
-        # Meshes are read before the folder is deleted.
+        # Meshes must be read before the folder is deleted.
         return Tool(tool.name, tool.components, tool.grips, weighings=weighings)
 
 

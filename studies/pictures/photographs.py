@@ -1,4 +1,4 @@
-"""Real pictures of the study, with outlines, words and masses of ours, and published true volumes."""
+"""Photographs with object masks, kinds and published masses, and true volumes from published surfaces."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,28 +17,25 @@ from affordance.extensions.pixels.photographs.seen_picture import write_seen
 from affordance.files.bounded import read_yaml
 
 LABELS = Path(__file__).with_name("pictures.yaml")
-# Where a clone of github.com/yuxng/PoseCNN has pictures and surfaces.
+# Folders of images and surfaces in a clone of github.com/yuxng/PoseCNN.
 _IMAGES, _SURFACES = Path("data") / "demo_images", Path("data") / "LOV" / "models"
-# Grid and radius of the closing that fills a concave surface's points, [m].
+# Voxel size and radius of the morphological closing for concave objects, [m].
 _GRID, _CLOSING = 3e-3, 0.012
 
 
 class Reading(NamedTuple):
-    """One object in one picture."""
+    """Measurement of an object in an image, with its true volume and mass."""
 
     picture: str
     name: str
     seen: SeenObject
     volume: float  # true outer volume, [m^3]
     mass: float  # published mass, [kg]
-    kind: str | None  # what it holds, if a person would say it
+    kind: str | None  # kind of object, as a user would name it; None if unknown
 
 
 def check_data(data: Path) -> Path:
-    """Checks that a folder is a clone of PoseCNN.
-
-    Another folder raises a BadValueError.
-    """
+    """Checks that a folder is a clone of PoseCNN. Otherwise a BadValueError is raised."""
     if not (data / _IMAGES).is_dir():
         problem = f"has no {_IMAGES}, must be a clone of github.com/yuxng/PoseCNN"
         raise BadValueError(data, "", problem)
@@ -46,7 +43,7 @@ def check_data(data: Path) -> Path:
 
 
 def read_all(data: Path, out: Path) -> Iterator[Reading]:
-    """Measures all objects of all pictures, and draws each into a folder."""
+    """Measures all objects in all images, and writes a drawing of each to a folder."""
     labels: dict[str, Any] = read_yaml(LABELS)
     camera = PinholeCamera(**labels["camera"])
     for picture, outlines in labels["pictures"].items():
@@ -65,9 +62,9 @@ def read_all(data: Path, out: Path) -> Iterator[Reading]:
 
 
 def measure_volume(points: Array, *, is_concave: bool) -> float:
-    """Measures the outer volume of a surface's points, (n, 3), [m^3].
+    """Computes the volume, [m^3], inside surface points, (n, 3), [m].
 
-    The volume is enclosed by their hull or, if concave, by a closing.
+    It is the volume of their convex hull or, for concave objects, of their morphological closing.
     """
     if not is_concave:
         return float(scipy.spatial.ConvexHull(points).volume)

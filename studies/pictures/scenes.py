@@ -1,4 +1,4 @@
-"""Ray-cast scenes of one object in random places, with the errors of a depth camera."""
+"""Ray-cast scenes of one object at random positions, with errors of a depth camera."""
 
 from typing import NamedTuple
 
@@ -23,21 +23,18 @@ _FOCAL = 525.0
 
 
 class Scene(NamedTuple):
-    """Picture of one object with true volume, [m^3], centre in C, (3,), [m], and a pixel."""
+    """Image of one object, with ground truth."""
 
     picture: Picture
     camera: PinholeCamera
     kind: str
-    volume: float
-    centre: Array
-    at: tuple[float, float]
+    volume: float  # true volume, [m^3]
+    centre: Array  # true centre in C, (3,), [m]
+    at: tuple[float, float]  # pixel of the object, column and row
 
 
 def draw_scene(seed: int, number: int) -> Scene:
-    """Draws a box, cylinder or superquadric with a camera, gloss, shadow and noise.
-
-    The solid is upright or lying.
-    """
+    """Generates a scene with a vertical or horizontal box, cylinder or superquadric, and with sensor errors."""
     rng = np.random.default_rng([seed, number])
     kind = ("box", "cylinder", "superquadric")[number % 3]
     half = np.exp(rng.uniform(np.log(0.015), np.log(0.09), 3))

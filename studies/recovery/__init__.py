@@ -1,1 +1,1 @@
-"""Tests if learners and parameters can be recovered from simulated people's pushes."""
+"""Study of model and parameter recovery from pushes of simulated participants."""

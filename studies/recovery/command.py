@@ -1,4 +1,4 @@
-"""``affordance study recovery``: recovers learners and kappa of simulated people from pushes."""
+"""``affordance study recovery``: recovery of learners and kappa from pushes of simulated participants."""
 
 import argparse
 import math
@@ -24,8 +24,8 @@ from studies.study import Findings, Study, Work, format_table, run_kept
 
 _LIFTS = (160, 220, 320)
 _SIZES = (9, 15, 30)
-_ALPHA, _POWER = 0.05, 0.8  # of one-sided tests
-_KAPPA_SPREAD = 0.3  # SD of log kappa between people, a guess
+_ALPHA, _POWER = 0.05, 0.8  # significance level and power of one-sided tests
+_KAPPA_SPREAD = 0.3  # assumed SD of log kappa between participants
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Checks the numbers."""
+    """Checks the arguments, and plans the work."""
     most, is_grouped = 4 * linear.FAMILIAR + 5 * linear.MIXED, arguments.groups is not None
     other = ("--lifts", arguments.lifts) if is_grouped else ("--sizes", arguments.sizes)
     if other[1] is not None:
@@ -112,14 +112,11 @@ def _show_lead(lead: Mapping[str, float]) -> str:
 
 
 def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Counts recovered against true learners, and correlates recovered with true kappa.
-
-    The form is as in metrics.json.
-    """
+    """Computes confusion matrices of learners and correlations between true and estimated kappa, for metrics.json."""
     true = np.arange(len(found["score"])) % len(names)
     numbers: dict[str, Any] = {"learners": names, "people_of_each": len(true) // len(names), "seed": config.seed}
     for by, sign in (("score", 1.0), ("bic", -1.0)):
-        best = (sign * found[by]).argmax(axis=1)  # (people, numbers of lifts)
+        best = (sign * found[by]).argmax(axis=1)  # (participants, numbers of lifts)
         numbers[f"confusion_by_{by}"] = {
             lifts: [
                 [int(((true == i) & (best[:, k] == j)).sum()) for j in range(len(names))] for i in range(len(names))
@@ -153,12 +150,10 @@ def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[An
 
 
 def compute_lead(leads: NDArray[np.float64]) -> dict[str, float]:
-    """Computes mean and SD of leads in log score, (people,).
+    """Computes mean and SD of leads in log score, (participants,), and the required number of participants.
 
-    Also computes the participants needed to show a positive lead.
-
-    The test is Student's, one-sided at .05 with a power of .8. There is no SD for one person, and no number of
-    participants if the mean is not above zero or more than 10,000 are needed.
+    This number is for a one-sided t test at .05 with a power of .8 that the lead is positive. It is omitted if the
+    mean is not positive or the number exceeds 10,000. The SD is omitted for a single participant.
     """
     found = {"mean": float(leads.mean())}
     if len(leads) > 1:
@@ -170,10 +165,7 @@ def compute_lead(leads: NDArray[np.float64]) -> dict[str, float]:
 
 
 def _count(effect: float, *, groups: int) -> float:
-    """Computes the participants per group for a one-sided t test.
-
-    The number is infinite above 10,000.
-    """
+    """Computes the required group size for a one-sided t test, infinite above 10,000."""
     for count in range(2, 10_001) if effect > 0.0 else ():
         free = groups * (count - 1)
         if 1.0 - nctdtr(free, effect * math.sqrt(count / groups), stdtrit(free, 1.0 - _ALPHA)) >= _POWER:
@@ -182,12 +174,10 @@ def _count(effect: float, *, groups: int) -> float:
 
 
 def count_per_group(posterior_sd: float) -> float:
-    """Computes the participants per group that can show a kappa ratio of 1.5.
+    """Computes the required group size for detecting a ratio of 1.5 between kappas of two groups.
 
-    The test is one-sided at .05 with a power of .8.
-
-    Between people, log kappa is assumed to have an SD of .3. A posterior SD s under a normal prior with SD p means
-    that log kappa is measured with the error variance 1 / (1 / s^2 - 1 / p^2).
+    The test is one-sided at .05 with a power of .8. The SD of log kappa between participants is assumed to be .3.
+    With posterior SD s and prior SD p, the error variance of log kappa is 1 / (1 / s^2 - 1 / p^2).
     """
     (kappa,) = list_free(KINDS_DRAWN, Participant(push_error=PUSH_ERROR), ["kappa"])
     information = posterior_sd**-2 - kappa.sd**-2

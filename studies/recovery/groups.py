@@ -1,8 +1,8 @@
-"""Fits a pool of simulated people as ``affordance fit`` does, and forms many groups from it.
+"""Recovery of group differences from simulated participants, using the fits of ``affordance fit``.
 
-People lift objects of Linear++ 60 times. In the population, log kappa and log push_error are normal. In one condition
-kappa is larger by a factor. Groups are drawn from the pool at random, so they share people: a pool of R people in a
-condition holds R / n independent groups of n.
+Participants lift objects of Linear++ 60 times. In the population, log kappa and log push_error are normally
+distributed. Kappa is larger by a factor in one condition. Many groups are drawn at random from a pool, so they share
+participants: R participants in a condition correspond to R / n independent groups of size n.
 """
 
 import math
@@ -28,25 +28,25 @@ from affordance.extensions.people.pushes import Lifts, Person
 from affordance.runs.repeats import run_tasks
 from studies.recovery.people import GROUP, simulate_pushes
 
-# Factor of kappa in the other condition, and SDs of log push_error and log kappa between people; guesses.
+# Assumed ratio of kappa between conditions, and assumed SDs of log push_error and log kappa between participants.
 EFFECT = 1.5
 SPREADS = {"push_error": 0.2, "kappa": 0.3}
-CYCLES = (5, 8)  # of the family alone, and with the odd member
+CYCLES = (5, 8)  # number of cycles with only the family, and with the test object
 LEVELS = (0.5, 0.8, 0.9)
 QUANTITIES = ("mean", "spread", "difference, with effect", "difference, without")
-_CONDITIONS = 3  # of the pool: two without the effect, and one with it
+_CONDITIONS = 3  # number of conditions in the pool: two without the effect, and one with the effect
 
 
 @dataclass(frozen=True)
 class GroupRecovery:
-    """Configuration of the recovery of groups.
+    """Configuration of the recovery of group differences.
 
     Attributes:
-        seed: Root of all random draws.
-        draws: Number of draws from the posterior of each person.
+        seed: Root seed.
+        draws: Number of posterior draws for each participant.
         particles: Number of particles for each draw.
-        people: Number of people in each of the three conditions of the pool.
-        sizes: Numbers of people in a group.
+        people: Number of participants in each of the three conditions of the pool.
+        sizes: Group sizes.
         groups: Number of pairs of groups of each size.
     """
 
@@ -59,7 +59,7 @@ class GroupRecovery:
 
 
 def design(_: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws one person's 60 lifts: cycles of the family, then of the odd member and its family."""
+    """Draws the 60 lifts of a participant: cycles of the family, then cycles of the test object and the family."""
     alone, mixed = CYCLES
     family = repeat([*linear.TRAINING], alone, rng, block="family")
     return pd.concat([family, repeat([*linear.TRAINING, "test"], mixed, rng, block="odd member", first=["test"])])
@@ -71,10 +71,7 @@ def list_parameters() -> list[Any]:
 
 
 def simulate_person(config: GroupRecovery, number: int) -> Person:
-    """Simulates the lifts of a person in condition ``number`` modulo three.
-
-    The last condition has the effect.
-    """
+    """Simulates the lifts of a participant in condition ``number`` modulo three, of which the last has the effect."""
     normal = np.random.default_rng([config.seed, number]).standard_normal(len(SPREADS))
     push_error, kappa = (
         each.median * math.exp(SPREADS[each.name] * z) for each, z in zip(list_parameters(), normal, strict=True)
@@ -85,9 +82,9 @@ def simulate_person(config: GroupRecovery, number: int) -> Person:
 
 
 def recover_groups(config: GroupRecovery, jobs: int, folder: Path) -> dict[str, Any]:
-    """Fits the pool and recovers groups. Returns the content of metrics.json.
+    """Fits the pool, and estimates differences between groups. Finished participants are cached.
 
-    Finished people are cached.
+    Returns: Content of metrics.json.
     """
     people = [partial(simulate_person, config, number) for number in range(_CONDITIONS * config.people)]
     pool = tuple(run_tasks(people, jobs=jobs, description="people"))
@@ -118,19 +115,17 @@ def recover_groups(config: GroupRecovery, jobs: int, folder: Path) -> dict[str, 
 
 
 def measure_groups(config: GroupRecovery, own: Array, size: int, number: int) -> Array:
-    """Forms random groups of people, and compares them.
-
-    Returns errors and intervals, (4, F, 2 + levels).
+    """Draws random groups from the pool, and compares their estimates with the true values.
 
     Args:
         config: Configuration.
-        own: Draws from the posterior of each person of the pool, (people, D, F), in standard normal numbers.
-        size: Number of people in a group.
-        number: Number of the groups, of which the random numbers depend.
+        own: Posterior draws of each participant in the pool, (people, D, F), in standard normal numbers.
+        size: Group size.
+        number: Number of the groups, which determines random numbers.
 
-    Returns:
-        For each of ``QUANTITIES`` and each parameter, in units of its logarithm: error of the posterior median, 1 if
-        the 90 % interval excludes zero, and 1 for each of ``LEVELS`` if the interval contains the true value.
+    Returns: Array (4, F, 2 + levels). For each of ``QUANTITIES`` and each parameter, in units of its logarithm, it
+        contains the error of the posterior median, 1 if the 90 % interval excludes zero, and 1 for each of ``LEVELS``
+        if the interval contains the true value.
     """
     rng = np.random.default_rng([config.seed, size, number])
     chosen = [np.arange(len(own))[k::_CONDITIONS][rng.permutation(config.people)[:size]] for k in range(_CONDITIONS)]
@@ -157,10 +152,7 @@ def _judge(values: Array, true: float) -> list[float]:
 
 
 def summarise_groups(found: NDArray[np.float64]) -> dict[str, Any]:
-    """Summarises results of ``measure_groups`` by quantity and parameter.
-
-    Results are (groups, 4, F, 2 + levels).
-    """
+    """Summarises results of ``measure_groups``, (groups, 4, F, 2 + levels), by quantity and parameter."""
     return {
         quantity: {
             name: {
@@ -176,7 +168,7 @@ def summarise_groups(found: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def list_rows(numbers: Mapping[str, Any]) -> list[Sequence[str]]:
-    """Lists the rows of a table of the results, below a header."""
+    """Lists the header and rows of a table of the results."""
     rows: list[Sequence[str]] = [["people", "parameter", "quantity", "bias", "RMS", *map(str, LEVELS), "found"]]
     for size, of_size in numbers["sizes"].items():
         for name in SPREADS:

@@ -1,4 +1,4 @@
-"""Simulates people with known learners, and fits learners to their pushes."""
+"""Simulation of participants with known learners, and fits of all learners to their pushes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ from affordance.extensions.people.pushes import Lifts, Person
 from affordance.extensions.people.rivals import OWN_AND_SHARED, OWN_MEMORY
 from affordance.objects.tool import Tool
 
-# Of participants, both simulated and fitted; kappa varies according to its prior.
+# Push error of simulated and fitted participants.
 PUSH_ERROR = 0.2
 GROUP = "linear_plus_plus"
 _FORGETTING = Path(__file__).parents[2] / "examples" / "forgetting.py"
@@ -34,10 +34,10 @@ class Recovery:
     """Configuration of the study.
 
     Attributes:
-        seed: Root of all random draws.
-        draws: Number of values of the free parameters of each learner.
-        particles: Number of particles for each value.
-        lifts: Numbers of lifts after which learners are compared; the last is the total number of lifts.
+        seed: Root seed.
+        draws: Number of parameter vectors for each learner.
+        particles: Number of particles for each parameter vector.
+        lifts: Numbers of lifts after which learners are compared, up to the total number of lifts.
     """
 
     seed: int
@@ -47,18 +47,18 @@ class Recovery:
 
 
 def list_rivals() -> list[Learner]:
-    """Lists the learners that the study compares."""
+    """Lists the compared learners."""
     return [DENSITY, OWN_MEMORY, OWN_AND_SHARED, KINDS_DRAWN, load_learner(f"{_FORGETTING}:Forgetting")]
 
 
 def recover(config: Recovery, number: int) -> Mapping[str, NDArray[np.float64]]:
-    """Simulates one person and evaluates all learners on the pushes.
+    """Simulates one participant, and evaluates all learners on the pushes.
 
-    Learners take turns over people.
+    The learner of the participant is assigned in turn.
 
     Returns:
-        One-step-ahead log ``score`` and ``bic``, (learners, numbers of lifts) each; the true ``log_kappa``, and its
-        posterior ``mean`` and ``sd`` for each number of lifts, NaN for people without kinds.
+        One-step-ahead log ``score`` and ``bic``, (learners, numbers of lifts) each; true ``log_kappa``, and its
+        posterior ``mean`` and ``sd`` for each number of lifts, NaN for learners without kinds.
     """
     rivals = list_rivals()
     learner = rivals[number % len(rivals)]
@@ -89,9 +89,9 @@ def recover(config: Recovery, number: int) -> Mapping[str, NDArray[np.float64]]:
 
 
 def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, tuple[Tool, ...], float]:
-    """Simulates lifts of a person with parameters from their prior.
+    """Simulates lifts of a participant with parameters drawn from the prior.
 
-    Also returns kappa, which is NaN without kinds.
+    Returns: Lifts, objects, and kappa, which is NaN for learners without kinds.
     """
     known = Participant(push_error=PUSH_ERROR)
     free = list_free(learner, known, learner.fitted)
@@ -107,10 +107,7 @@ def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, t
 
 
 def simulate_pushes(name: str, settings: LiftSettings, seed: int, design: Design) -> Person:
-    """Simulates the lifts of one person.
-
-    The seed determines order, measurements and pushes.
-    """
+    """Simulates the lifts of one participant. The seed determines order, measurements and pushes."""
     tools = tuple(linear.make_objects(GROUP))
     names = [tool.name for tool in tools]
     data = lift(Setup(seed=seed, settings=settings), tools, design, [0])[0]
@@ -119,10 +116,7 @@ def simulate_pushes(name: str, settings: LiftSettings, seed: int, design: Design
 
 
 def weigh(values: Array, log_likelihoods: Array) -> tuple[Array, Array]:
-    """Computes posterior means and SDs, (K,) each, by weighting prior draws, (D,).
-
-    Log likelihoods are (D, K).
-    """
+    """Computes posterior means and SDs, (K,) each, by weighting prior draws, (D,), with log likelihoods, (D, K)."""
     weights = np.exp(log_likelihoods - logsumexp(log_likelihoods, axis=0))
     mean = values @ weights
     return mean, np.sqrt(np.maximum(values**2 @ weights - mean**2, 0.0))

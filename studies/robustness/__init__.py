@@ -1,4 +1,1 @@
-"""Study of robustness: tests every claim in a sample of assumptions.
-
-The paper does not state these values.
-"""
+"""Robustness study: tests all claims for a random sample of assumptions that the paper does not state."""

@@ -12,10 +12,10 @@ from affordance.files.bounded import read_yaml
 from studies.random_streams import StudyStream
 
 FILE = Path(__file__).parent / "assumptions.yaml"
-# The sequence is drawn in blocks whose sizes are powers of two.
+# Largest base-2 logarithm of the sample size. The Sobol sequence is drawn in blocks whose sizes are powers of two.
 _LOG2_MAX = 13
 
-# Setting: the value of each assumption, by the assumption's name.
+# Value of each assumption, by name.
 type Setting = Mapping[str, float | str]
 
 
@@ -23,18 +23,18 @@ type Setting = Mapping[str, float | str]
 class Assumption:
     """Assumption that the paper does not state."""
 
-    name: str  # the assumption's key in the file
-    label: str  # description in words, with its unit
-    source: str  # source of the default and the range
-    default: float | str  # value that the simulations use
+    name: str  # key in the file
+    label: str  # description with unit
+    source: str  # source of default and range
+    default: float | str  # value in the simulations
     low: float = 0.0  # lower end of the range; 0 if there are choices
     high: float = 0.0  # upper end of the range; 0 if there are choices
-    is_log: bool = False  # true if the range is sampled uniformly in its logarithm
-    choices: tuple[str, ...] = ()  # possible choices; empty if there is a range
-    weights: tuple[float, ...] = ()  # relative frequency of each choice; they need not add up to one
+    is_log: bool = False  # True if the logarithm is sampled uniformly
+    choices: tuple[str, ...] = ()  # possible values; empty if there is a range
+    weights: tuple[float, ...] = ()  # relative frequency of each choice, not necessarily normalised
 
     def place(self, u: float) -> float | str:
-        """Returns the value at relative position u of the range, 0 <= u < 1."""
+        """Returns the value at the quantile u of the range or choices, 0 <= u < 1."""
         if self.choices:
             ends = np.cumsum(self.weights) / np.sum(self.weights)
             return self.choices[min(int(np.searchsorted(ends, u, side="right")), len(self.choices) - 1)]
@@ -47,23 +47,21 @@ def load_assumptions(path: Path = FILE) -> tuple[Assumption, ...]:
     """Reads the assumptions, in the order of the file.
 
     Raises:
-        ValueError: A default is outside its range or choices, or an entry has neither of them.
+        ValueError: A default is not in the range or among the choices, or an entry has neither.
     """
     content = read_yaml(path)
     return tuple(_read(name, entry) for name, entry in content.items())
 
 
 def list_defaults(assumptions: Sequence[Assumption]) -> dict[str, float | str]:
-    """Returns the setting that the simulations use."""
+    """Returns the default setting."""
     return {each.name: each.default for each in assumptions}
 
 
 def sample_places(num_assumptions: int, count: int, seed: int) -> Array:
-    """Samples positions of settings in the ranges, (count, num_assumptions).
+    """Samples quantiles of all assumptions from a scrambled Sobol sequence, (count, num_assumptions).
 
-    The sample is a scrambled Sobol sequence.
-
-    The first settings are the same for every ``count``.
+    The sequence does not depend on ``count``.
     """
     rng = np.random.default_rng([seed, StudyStream.SETTINGS])
     sequence = qmc.Sobol(num_assumptions, scramble=True, rng=rng)
@@ -72,7 +70,7 @@ def sample_places(num_assumptions: int, count: int, seed: int) -> Array:
 
 
 def sample_settings(assumptions: Sequence[Assumption], count: int, seed: int) -> list[dict[str, float | str]]:
-    """Draws settings that cover the ranges evenly."""
+    """Samples settings that cover the ranges evenly."""
     places = sample_places(len(assumptions), count, seed)
     return [{each.name: each.place(float(u)) for each, u in zip(assumptions, row, strict=True)} for row in places]
 

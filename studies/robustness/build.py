@@ -1,4 +1,4 @@
-"""Builds settings, objects and tasks of the experiments for a robustness setting."""
+"""Settings, objects and tasks of the experiments for a sampled setting."""
 
 import math
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, White
 from affordance.settings import Settings
 from studies.robustness.assumptions import Setting
 
-# Number of independent samples in a trial, by noise structure.
+# Number of independent samples per trial, by noise structure.
 _NUM_SAMPLES = {"one percept": 30, "5 independent samples": 5, "30 independent samples": 30, "white": 30}
 HOLD_DURATION = 3.0  # duration of a trial, as in the paper's figure 4, [s]
 _NUM_RODS = 4
@@ -29,28 +29,30 @@ _NUM_RODS = 4
 
 @dataclass(frozen=True)
 class World:
-    """Objects, tasks and rules of a setting."""
+    """Objects, tasks and choice rule for a setting."""
 
-    settings: Settings  # settings shared by all simulations
-    rods: tuple[Tool, ...]  # objects of Simulation I, the decoy last
-    learning: tuple[Tool, Tool, Tool]  # objects of Simulation II, the decoy last
-    novel: Tool  # the tool of Simulations III and IV
-    reach: Reach  # the path of Simulation III
-    hammer: Hammer  # the blow of Simulation IV
-    plans_least_work: bool  # true if blows are planned by least work
-    rule: str  # rule of choice, "one sample" or "expectation"
+    settings: Settings  # settings of all simulations
+    rods: tuple[Tool, ...]  # objects of Simulation I; the decoy is last
+    learning: tuple[Tool, Tool, Tool]  # objects of Simulation II; the decoy is last
+    novel: Tool  # tool of Simulations III and IV
+    reach: Reach  # path of Simulation III
+    hammer: Hammer  # blow of Simulation IV
+    plans_least_work: bool  # True if blows minimise work
+    rule: str  # choice rule, "one sample" or "expectation"
 
     @property
     def num_samples(self) -> int:
-        """Number of samples in a trial."""
+        """Number of samples per trial."""
         return round(HOLD_DURATION / self.settings.sample_period)
 
 
 def build_world(setting: Setting, models: Path, settings: Settings) -> World:
-    """Builds the objects, tasks and rules of a setting with all assumptions by name.
+    """Builds objects, tasks and simulation settings from the values of all assumptions.
 
-    The settings of the simulations are changed accordingly. Materials, path, nail and working posture come from the
-    folder of models.
+    Args:
+        setting: Values of all assumptions, by name.
+        models: Folder with materials, path, nail and working posture.
+        settings: Default settings of the simulations.
     """
     materials = load_materials(models / "materials.yaml")
     wood = replace(materials["beech"], density=float(setting["wood_density"]))
@@ -118,17 +120,14 @@ def _build_learning(setting: Setting, wood: Material, steel: Material) -> tuple[
 
 
 def build_novel(setting: Setting, wood: Material, steel: Material) -> Tool:
-    """Builds the novel tool from a wooden and a steel part.
-
-    The tool has a bend where the parts meet, and a grip at either end.
-    """
+    """Builds the novel tool from a wooden and a steel part, with a bend at their joint and grips at both ends."""
     unequal = str(setting["novel_parts"]) == "unequal"
     length, bend = float(setting["novel_length"]), float(setting["novel_bend"])
     share = float(setting["novel_share"]) if unequal else 0.5
     ratio = float(setting["novel_thickness_ratio"]) if unequal else 1.0
     radius = 0.5 * float(setting["novel_thickness"])
     first, second = share * length, (1.0 - share) * length
-    X_TJ = _translate(first) @ _turn(bend)  # frame J: at the joint of the parts, along the steel part
+    X_TJ = _translate(first) @ _turn(bend)  # J is at the joint between the parts, along the steel part
     handle = Component(Ellipsoid((0.5 * first, radius, radius)), _translate(0.5 * first), wood, wood)
     thick = ratio * radius
     head = Component(Ellipsoid((0.5 * second, thick, thick)), X_TJ @ _translate(0.5 * second), steel, steel)
@@ -178,7 +177,7 @@ def _translate(x: float) -> Array:
 
 
 def _turn(angle: float) -> Array:
-    """Builds a pose rotated about z by an angle, (4, 4)."""
+    """Builds a pose that is rotated about z by an angle, (4, 4)."""
     X = np.eye(4)
     X[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
     return X

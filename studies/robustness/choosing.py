@@ -1,7 +1,4 @@
-"""Simulations III and IV in a setting, by inner simulation.
-
-Results are the correct grip, and how often it is chosen.
-"""
+"""Simulations III and IV for a sampled setting: the correct grip, and how often observers choose it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -28,21 +25,24 @@ from affordance.objects.tool import Tool
 from affordance.reporting.statistics import Estimate, estimate_proportion
 from affordance.runs.random_streams import Stream
 
-# Memories of observers, before the first hold and after each hold.
+# Memories of each observer before the first hold and after each hold.
 type Experience = Sequence[Sequence[MaterialMemory]]
 
-# Number of densities over which expected costs are averaged.
+# Number of sampled densities for expected costs.
 _NUM_BAYES_SAMPLES = 64
-# Moments of choices: before experience, and after one, two and all six trials.
+# Number of trials before a choice.
 MOMENTS = (0, 1, 2, 6)
 _NUM_FORCES = 40
 _LEAST_FORCE = 1.02
 
 
 def measure_truth(choice: Choice, tool: Tool, rule: CostMeasure | None = None) -> Costs:
-    """Computes all options' costs at the true densities, (options,) each.
+    """Computes the costs of all options at the true densities, (options,) each.
 
-    The measure is given or the usual one.
+    Args:
+        choice: Options and their cost models.
+        tool: Tool with true densities.
+        rule: Cost measure; None for the measure of the settings.
     """
     held = tool.list_gripped()
     models = choice.cost_models if rule is None else [_measure_by(model, rule) for model in choice.cost_models]
@@ -54,10 +54,10 @@ def measure_truth(choice: Choice, tool: Tool, rule: CostMeasure | None = None) -
 
 
 def find_correct(costs: Costs) -> int:
-    """Returns the index of the cheapest feasible option.
+    """Finds the index of the cheapest feasible option.
 
     Raises:
-        AffordanceError: There is none, or several options are equally cheap.
+        AffordanceError: No option is feasible, or several are equally cheap.
     """
     cost = np.where(costs.feasible, costs.cost, np.inf)
     if not costs.feasible.any():
@@ -68,10 +68,10 @@ def find_correct(costs: Costs) -> int:
 
 
 def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: int, rule: str) -> dict[str, Any]:
-    """Computes a task's numbers that claims depend on.
+    """Computes the results of a task on which claims depend.
 
     Raises:
-        AffordanceError: No grip is the correct one.
+        AffordanceError: There is no correct grip.
     """
     costs = measure_truth(choice, tool)
     correct = find_correct(costs)
@@ -97,30 +97,34 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
 
 
 def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
-    """Finds the index of the correct option under each measure.
+    """Finds the index of the correct option for each cost measure.
 
     Raises:
-        AffordanceError: No grip is the correct one.
+        AffordanceError: There is no correct grip.
     """
     return {measure.name: find_correct(measure_truth(choice, tool, measure)) for measure in CostMeasure}
 
 
 def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
-    """Returns the planned blows of a choice, by grip."""
+    """Lists the planned blows of a choice, by grip."""
     found = {}
     for option, cost in zip(choice.options, choice.cost_models, strict=True):
-        assert isinstance(cost, BlowCost)  # because a Hammer built it
+        assert isinstance(cost, BlowCost)  # the task is a Hammer
         found[option.grip] = cost
     return found
 
 
 def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stiffness: float, most: float) -> float:
-    """Finds the largest travel of the nail at which the other grip is cheaper, [m].
+    """Finds the largest travel of the nail for which the grip next to the densest part is cheaper, [m].
 
-    The other grip is next to the densest part.
+    The travel is zero if this grip is not cheaper for any force that both grips can produce.
 
-    The nail is at ``depth_set``, [m], and resists with a stiffness, [N/m], up to its largest force, ``most``, [N].
-    The result is zero if that grip is not cheaper at any force that both grips can produce.
+    Args:
+        choice: Options and their cost models.
+        tool: Tool with true densities.
+        depth_set: Initial depth of the nail, [m].
+        stiffness: Stiffness of the nail, [N/m].
+        most: Largest force of the nail, [N].
     """
     held = tool.list_gripped()
     at_hand = find_grip_of_densest(tool, at_hand=True)
@@ -139,10 +143,7 @@ def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stif
 
 
 def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, correct: int) -> Estimate:
-    """Estimates the share of correct choices by least expected cost at each moment.
-
-    The first moment uses the prior.
-    """
+    """Estimates the fraction of correct choices by expected cost before experience and after some trials."""
     shares = [
         [_choose_by_expectation(choice, memories[after], (seed, observer, after), correct) for after in MOMENTS[1:]]
         for observer, memories in enumerate(experience)
@@ -154,10 +155,7 @@ def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, 
 
 
 def decide_before_experience(choice: Choice, experience: Experience, seed: int, correct: int) -> float:
-    """Returns 1 if the correct option has the least expected cost a priori.
-
-    Otherwise 0, or 0.5 in a tie.
-    """
+    """Returns 1 if the correct option has the least expected cost under the prior, 0.5 for a tie, and otherwise 0."""
     rng = np.random.default_rng([seed, Stream.BAYES])
     costs = choice.compute_costs(choice.draw_parameters(experience[0][0], rng, NUM_PRIOR_CHOICES))
     usable = costs.feasible.mean(axis=1) >= MIN_FEASIBILITY
@@ -166,15 +164,12 @@ def decide_before_experience(choice: Choice, experience: Experience, seed: int, 
         return 0.5 if not usable.any() else float(usable[correct])
     gain = costs.cost[rivals].min(axis=0) - costs.cost[correct]
     error = float(gain.std() / np.sqrt(len(gain)))
-    # Within two standard errors of the sampled difference it is not known which option is cheaper.
+    # Differences within two standard errors are ties.
     return 0.5 if abs(gain.mean()) <= 2.0 * error else float(gain.mean() > 0.0)
 
 
 def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[int, int, int], correct: int) -> float:
-    """Returns 1 if an observer's choice is correct, else 0.
-
-    An observer without a usable option guesses.
-    """
+    """Returns 1 if an observer chooses the correct option, and otherwise 0. Without usable options, it guesses."""
     ranking = rank_options(choice, memory, np.random.default_rng([*seed, Stream.BAYES]), _NUM_BAYES_SAMPLES)
     if not ranking.num_usable:
         return 0.5
@@ -182,23 +177,23 @@ def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[i
 
 
 def _measure_by(model: OptionCost, measure: CostMeasure) -> OptionCost:
-    """Returns the cost of the same motions under another measure."""
+    """Returns a cost model of the same motions with another measure."""
     if isinstance(model, BlowCost):
         return replace(model, motions=tuple(motion.measured_by(measure) for motion in model.motions))
-    assert isinstance(model, MotionCost)  # the type that Reach builds
+    assert isinstance(model, MotionCost)  # the task is a Reach
     return model.measured_by(measure)
 
 
 def measure_tasks(
     by_reach: Mapping[str, int], by_hammer: Mapping[str, int], *, correct_reach: str, correct_hammer: str
 ) -> dict[str, Any]:
-    """Summarises both tasks: the correct grips, and agreement of measures on them.
+    """Summarises both tasks: correct grips, and agreement between cost measures.
 
     Args:
         by_reach: Index of the correct grip for reaching, by measure.
         by_hammer: Index of the correct grip for hammering, by measure.
-        correct_reach: Correct grip for reaching by the settings' measure.
-        correct_hammer: Correct grip for hammering by the settings' measure.
+        correct_reach: Correct grip for reaching with the measure of the settings.
+        correct_hammer: Correct grip for hammering with the measure of the settings.
     """
     works = (CostMeasure.WORK.name, CostMeasure.POSITIVE_WORK.name, CostMeasure.MUSCULAR_WORK.name)
     return {

@@ -1,4 +1,4 @@
-"""Claims that are tested in every setting: simulations' claims, and README headlines."""
+"""Claims that are tested in every setting: claims of the simulations and headlines of the README."""
 
 import math
 from collections.abc import Mapping
@@ -11,14 +11,11 @@ from affordance.experiments import com, hammer, reach, weight
 from affordance.reporting.claims import ClaimResult, check, claim, confirm
 
 EXPERIMENTS = ("weight", "com", "reach", "hammer")
-TASKS = "tasks"  # key of numbers about reaching and hammering together
+TASKS = "tasks"  # key of results about both reaching and hammering
 
 
 class _Undefined(dict[str, Any]):
-    """Undefined numbers of an experiment that was not run.
-
-    The values have the shapes that claims expect.
-    """
+    """Undefined results of an experiment that was not run, with the shapes that claims expect."""
 
     def __missing__(self, key: str) -> Any:
         return math.nan if key in _SCALARS else np.full((7, 2) if key.endswith("_ci95") else 7, math.nan)
@@ -33,10 +30,9 @@ _UNDEFINED = _Undefined(dict.fromkeys(_NAMES, ""), effort_differs=False)
 
 
 def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
-    """Tests every claim: 1 if it holds, 0 if not, NaN if undecidable.
+    """Tests all claims, given the results of each experiment that could be run.
 
-    ``numbers`` are given by experiment, without experiments that could not be run. Contact is simulated in some
-    settings only.
+    Returns: 1 if a claim holds, 0 if it does not, NaN if it cannot be tested.
     """
     outcomes = {
         name: float(each.met) if numbers.get(name.split(".")[0]) else math.nan
@@ -49,15 +45,12 @@ def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
 
 @cache
 def list_claims() -> Mapping[str, ClaimResult]:
-    """Lists all claims by experiment and key, without testing them.
-
-    A key is ``weight.drop_reduced``, for example.
-    """
+    """Lists all claims without testing them, by experiment and key, for example ``weight.drop_reduced``."""
     return _judge_all({})
 
 
 def _judge_all(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, ClaimResult]:
-    """Tests the claims of the simulations, and then the headlines."""
+    """Tests the claims of the simulations and the headlines."""
     known = {name: numbers.get(name) or _UNDEFINED for name in (*EXPERIMENTS, TASKS)}
     if known["hammer"]["force_ratios"] is None:
         known["hammer"] = {**known["hammer"], "force_ratios": []}
@@ -72,7 +65,7 @@ def _judge_all(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, ClaimResul
 
 
 def _judge_headlines(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, list[ClaimResult]]:
-    """Tests statements of the README in addition to the claims of the simulations."""
+    """Tests statements of the README that are not among the claims of the simulations."""
     by_reach, by_hammer, tasks = (numbers[name] for name in ("reach", "hammer", TASKS))
     ci95 = by_reach["p_correct_ci95"]
     return {

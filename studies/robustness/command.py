@@ -1,4 +1,4 @@
-"""``affordance study robustness``: tests every claim in a sample of assumptions."""
+"""``affordance study robustness``: tests all claims for a random sample of assumptions."""
 
 import argparse
 import time
@@ -22,11 +22,11 @@ from studies.robustness.report import describe
 from studies.robustness.study import DEFAULT_NUM_SETTINGS, INTERPOLATION_BOUND, Robustness, load
 from studies.study import Findings, Study, Task, Work, read_settings, run_kept
 
-# Bounds on the number of settings and on the index of a setting; the size of the sample sets them.
+# Bounds on the number of settings and on the index of a setting, from the size of the sample.
 _REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
-# Name of the setting that the simulations use.
+# Name of the default setting.
 _DEFAULT = "default"
-# Settings that the sample varies, and settings that the study does not use.
+# Settings of the simulations that the sample varies, and settings that the study does not use.
 _VARIED = ("noise", "sample_period", "acceleration_sd", "prior", "mpc.horizon", "cost_measure")
 _UNUSED = ("learner", "eye", "vision_error")
 
@@ -51,10 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
-    """Loads the study and plans its work.
-
-    The work is a full run, one setting, a proof, or the update of the page.
-    """
+    """Plans a full run, the evaluation of one setting, a test of interpolation, or an update of the page."""
     if arguments.page:
         return Task(page.fill)
     check_whole("--repeats", arguments.repeats, _REPEATS)
@@ -67,7 +64,7 @@ def plan(arguments: argparse.Namespace) -> Work | Task:
 
 
 def _work(study: Robustness, arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
-    """Evaluates the setting of the simulations, and then those of the sample."""
+    """Evaluates the default setting, and then the sampled settings."""
     start = time.perf_counter()
     arrays = run_kept(
         study,
@@ -93,7 +90,7 @@ def _work(study: Robustness, arguments: argparse.Namespace, folder: Path) -> Ite
 
 
 def _read_setting(text: str) -> int | None:
-    """Reads the index of a setting. None is the setting of the simulations."""
+    """Parses the index of a setting, or returns None for the default setting."""
     if text == _DEFAULT:
         return None
     if not text.isdecimal():
@@ -109,10 +106,7 @@ def _show_setting(study: Robustness, index: int | None) -> int:
 
 
 def _prove(study: Robustness, count: int) -> int:
-    """Prints the error of interpolated relative to simulated motions.
-
-    Returns 1 if it is too large, else 0.
-    """
+    """Prints the error of interpolated trajectories, and returns exit status 1 if it is too large."""
     rng = np.random.default_rng([study.seed, StudyStream.PROOF])
     drawn = rng.choice(max(count, DEFAULT_NUM_SETTINGS), size=count, replace=False)
     worst = 0.0
@@ -127,7 +121,7 @@ def _prove(study: Robustness, count: int) -> int:
 
 
 def describe_outcome(setting: dict[str, float | str], outcome: Outcome) -> list[str]:
-    """Formats a setting's assumptions, results, and valid claims."""
+    """Formats assumptions, results, and valid claims of a setting."""
     lines = ["Assumes"]
     lines += [f"  {name}: {value if isinstance(value, str) else f'{value:.4g}'}" for name, value in setting.items()]
     lines.append("Gives")

@@ -1,10 +1,9 @@
-"""Share of settings in which claims hold, and first-order effects of assumptions.
+"""Fraction of settings in which claims hold, and first-order sensitivity indices of assumptions.
 
-A claim's outcome y is 1 if it holds and 0 if not. The first-order index of an assumption x is the share of the
-variance of y that x explains alone, Var(E[y | x]) / Var(y). It is estimated from the sampled settings in bins of x
-(Saltelli et al. 2008, Global Sensitivity Analysis, chapter 4), and corrected for what chance explains (epsilon
-squared, Kelley 1935). The null level is the value that the largest of all indices exceeds in one of twenty
-permutations of the outcomes.
+The outcome y of a claim is 1 if it holds and 0 otherwise. The first-order index of an assumption x is the fraction of
+variance explained by x alone, Var(E[y | x]) / Var(y). It is estimated from sampled settings in bins of x (Saltelli et
+al. 2008, Global Sensitivity Analysis, chapter 4), and corrected for chance (epsilon squared, Kelley 1935). The null
+level is the 95 % quantile of the largest index over random permutations of the outcomes.
 """
 
 import itertools
@@ -21,18 +20,18 @@ from studies.robustness.assumptions import Assumption
 
 NUM_BINS = 5
 _NUM_PERMUTATIONS = 1_000
-# Least number of outcomes of either kind; with fewer there is nothing to explain.
+# Smallest number of settings in which a claim must hold, and in which it must fail, for computing indices.
 _LEAST_OUTCOMES = 5
 
 
 class Effects(NamedTuple):
     """Robustness of one claim over the settings."""
 
-    evaluated: int  # number of settings in which the claim could be judged
-    holds: float  # share of these in which the claim holds
-    ci95: tuple[float, float]  # Wilson's interval of the share
-    indices: Array  # first-order index of each assumption, (D,); zeros if there is nothing to explain
-    null_level: float  # level that the largest index exceeds by chance in one of twenty permutations
+    evaluated: int  # number of settings in which the claim could be tested
+    holds: float  # fraction of these settings in which the claim holds
+    ci95: tuple[float, float]  # Wilson's interval of this fraction
+    indices: Array  # first-order index of each assumption, (D,); zeros if there are too few outcomes of either kind
+    null_level: float  # level that the largest index exceeds by chance in 5 % of permutations
 
     @property
     def strongest(self) -> int:
@@ -46,10 +45,10 @@ class Effects(NamedTuple):
 
 
 def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Effects:
-    """Computes the share of settings in which a claim holds, with first-order effects.
+    """Computes the fraction of settings in which a claim holds, and first-order indices.
 
     Args:
-        outcomes: 1 where the claim holds, 0 where not, NaN where it was not judged, (N,).
+        outcomes: 1 if the claim holds, 0 if it does not, NaN if it was not tested, (N,).
         levels: Levels of the assumptions from ``find_levels``, (N, D).
         seed: Seed of the permutations.
     """
@@ -68,11 +67,9 @@ def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Eff
 
 
 def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
-    """Computes first-order indices, (P, D), of P outcomes in N settings, (P, N).
+    """Computes first-order indices, (P, D), for P outcomes in N settings, (P, N), and levels, (N, D).
 
-    Levels are (N, D).
-
-    An index is zero if the assumption explains no more than chance does on average, given its number of levels.
+    An index is zero if the assumption explains less variance than expected by chance for its number of levels.
     """
     count = y.shape[1]
     centred = y - y.mean(axis=1, keepdims=True)
@@ -88,10 +85,7 @@ def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
 
 
 def find_levels(assumptions: Sequence[Assumption], places: Array) -> NDArray[np.intp]:
-    """Finds levels of assumptions, (N, D), at given positions, (N, D).
-
-    Levels are choices or fifths of ranges.
-    """
+    """Converts quantiles of assumptions, (N, D), to levels, (N, D), which are choices or fifths of ranges."""
     columns = []
     for assumption, column in zip(assumptions, places.T, strict=True):
         if assumption.choices:
@@ -102,7 +96,7 @@ def find_levels(assumptions: Sequence[Assumption], places: Array) -> NDArray[np.
 
 
 def name_levels(assumption: Assumption) -> list[str]:
-    """Returns the names of an assumption's levels."""
+    """Lists the names of the levels of an assumption."""
     if assumption.choices:
         return list(assumption.choices)
     ends = [assumption.place(k / NUM_BINS) for k in range(NUM_BINS + 1)]
@@ -110,15 +104,12 @@ def name_levels(assumption: Assumption) -> list[str]:
 
 
 def _show_end(end: float | str) -> str:
-    """Formats the end of a range with three significant digits, no exponent."""
+    """Formats the end of a range with three significant digits and without exponent."""
     return np.format_float_positional(float(end), precision=3, unique=False, fractional=False, trim="-")
 
 
 def share_by_level(outcomes: Array, level: NDArray[np.intp], names: Sequence[str]) -> dict[str, float | None]:
-    """Computes the share of settings in which a claim holds at each level.
-
-    Unused levels are None.
-    """
+    """Computes the fraction of settings in which a claim holds at each level, or None for unused levels."""
     shares: dict[str, float | None] = {}
     for index, name in enumerate(names):
         chosen = outcomes[(level == index) & np.isfinite(outcomes)]

@@ -1,4 +1,4 @@
-"""Evaluates one setting: computes its numbers, and tests every claim."""
+"""Evaluation of a sampled setting: results of all experiments, and tests of all claims."""
 
 import logging
 import time
@@ -44,22 +44,19 @@ from studies.robustness.least_work import plan_least_work
 class Outcome(NamedTuple):
     """Outcome of one setting."""
 
-    # Measured numbers by experiment; experiments that could not be run are missing.
+    # Results by experiment, without experiments that could not be run.
     numbers: dict[str, dict[str, Any]]
-    # 1 for a claim that holds, 0 for one that does not, NaN for one that cannot be judged.
+    # 1 if a claim holds, 0 if it does not, NaN if it cannot be tested.
     outcomes: dict[str, float]
-    reasons: dict[str, str]  # reason why an experiment could not be run, by its name; empty if it could
+    reasons: dict[str, str]  # reason why an experiment could not be run, by its name; empty if it was run
     cpu_s: dict[str, float]  # processor time by part of the evaluation, [s]
-    held: dict[str, Held]  # objects of Simulations I and II as observers hold them, by experiment
-    # Largest error of interpolated motions if all holds were simulated, [m]; NaN otherwise.
+    held: dict[str, Held]  # held objects of Simulations I and II, by experiment
+    # Largest error of interpolated trajectories if all holds were simulated, [m]; NaN otherwise.
     interpolation_error: float
 
     @property
     def simulated(self) -> float:
-        """Fraction of distinct holds that were simulated.
-
-        The fraction is NaN if nothing was held.
-        """
+        """Fraction of different holds that were simulated; NaN if nothing was held."""
         motions = [each.motions for held in self.held.values() for each in held.tools]
         if not motions:
             return float("nan")
@@ -79,10 +76,16 @@ def evaluate_setting(
     simulates_contact: bool = False,
     proves: bool = False,
 ) -> Outcome:
-    """Evaluates a setting with observers that learn, hold and choose.
+    """Simulates observers that learn, hold and choose with a setting, and tests all claims.
 
-    Contact is simulated only on request. Otherwise the force of the blow is not tested, and blows of least work are
-    never simulated. With ``proves``, all holds are simulated as well, and compared with the interpolated ones.
+    Args:
+        setting: Values of all assumptions, by name.
+        seed: Seed of the observers.
+        models: Folder of models.
+        settings: Default settings of the simulations.
+        num_observers: Number of observers.
+        simulates_contact: True to simulate contact and test the force of blows, except for blows that minimise work.
+        proves: True to simulate all holds and compare them with interpolated trajectories.
     """
     world = build_world(setting, models, settings)
     clock = _Clock()
@@ -141,7 +144,7 @@ def _judge_alone(name: str, numbers: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _plan_hammer(world: World, clock: "_Clock") -> Choice:
-    """Plans the blows with both grips, if necessary by least work."""
+    """Plans blows with both grips, minimising work if the setting requires it."""
     with clock.measure("hammer"):
         choice = _check(plan_choice(list_options(world.novel), world.hammer, world.settings))
     if not world.plans_least_work:
@@ -173,7 +176,7 @@ def _measure_hammer(choice: Choice, world: World, experience: Experience, seed: 
 
 
 def _measure_contact(choice: Choice, world: World) -> list[float] | None:
-    """Computes each grip's peak force over the required force, with simulated contact.
+    """Computes the ratio of peak force to required force for each grip, with simulated contact.
 
     Returns None if a blow cannot be simulated.
     """
@@ -188,14 +191,14 @@ def _measure_contact(choice: Choice, world: World) -> list[float] | None:
 
 
 class _Clock:
-    """Sum of processor time by part of the evaluation."""
+    """Processor time of each part of the evaluation."""
 
     def __init__(self) -> None:
         self.seconds = dict.fromkeys(PARTS, 0.0)
 
     @contextmanager
     def measure(self, part: str) -> Iterator[None]:
-        """Adds the time spent in the context to a part."""
+        """Adds the processor time of the context to a part."""
         start = time.process_time()
         try:
             yield
@@ -205,7 +208,7 @@ class _Clock:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Silences warnings about single trials, because settings are odd by design."""
+    """Suppresses warnings about single trials, which are expected with extreme settings."""
     log = logging.getLogger("affordance")
     level = log.level
     log.setLevel(logging.ERROR)

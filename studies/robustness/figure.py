@@ -1,4 +1,4 @@
-"""Figure of the multiverse: each claim's share of settings, and important assumptions."""
+"""Figure of the multiverse: fraction of settings in which each claim holds, and important assumptions."""
 
 from collections.abc import Sequence
 
@@ -16,12 +16,10 @@ _WIDTH = 11.0
 def draw_multiverse(
     claims: Sequence[str], assumptions: Sequence[str], *, shares: Estimate, indices: Array, null_levels: Array
 ) -> Figure:
-    """Plots shares of settings in which C claims hold, and first-order indices, (C, D).
+    """Plots the fraction of settings in which C claims hold, and first-order indices of D assumptions, (C, D).
 
-    There are D assumptions.
-
-    Indices at or below their claim's null level, (C,), are left white. Assumptions with no other index are left out,
-    unless that would leave none.
+    Indices up to the null level of a claim, (C,), are white. Assumptions with only such indices are left out, unless
+    none would remain.
     """
     above = indices > null_levels[:, None]
     drawn = above.any(axis=0) | ~above.any()

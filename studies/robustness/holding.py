@@ -1,9 +1,7 @@
-"""Simulations I and II in a setting, with the numbers of the experiments.
+"""Simulations I and II for a sampled setting, with the same Diagram as in the experiments.
 
-The study uses the Diagram of all simulations.
-
-The motion of a hold depends on the object and on the densities that control believes, but on no random draw.
-Therefore only some of many observers are simulated, and the motions of the others are interpolated
+The trajectory of a hold depends only on the object and on the densities that are believed by the controller, not on
+random draws. Therefore only some observers are simulated, and trajectories of the others are interpolated
 (``interpolation.py``).
 """
 
@@ -28,9 +26,9 @@ from studies.robustness.build import HOLD_DURATION, World
 from studies.robustness.choosing import Experience
 from studies.robustness.interpolation import Motions, interpolate_motions
 
-# Holds are not stiff: the explicit integrator takes half the time, and its motions agree to 0.4 um.
+# Holds are not stiff. An explicit integrator needs half the time, and its trajectories agree to 0.4 um.
 _HOLD_SCHEME = "runge_kutta3"
-# Numbers that depend on neither beliefs nor the height of an object's centre; no claim uses them.
+# Variables that are not computed, because no claim depends on them.
 _NOT_SIMULATED = ("p_value", "log_evidence", "periods_limited", "periods_failed", "samples_rejected")
 _LEFT_OUT = frozenset(
     {
@@ -39,35 +37,38 @@ _LEFT_OUT = frozenset(
         *("trials_outlier_test", "p_value_test"),
     }
 )
-# How many times claims are judged again with motions shifted by their error.
+# Number of repeated tests of claims with trajectories that are shifted by their error.
 _NUM_MOVED = 8
 
-# Function that judges the claims about given numbers, and returns by name whether they hold.
+# Function that tests claims about the results of an experiment, and returns the outcomes by name.
 type Judge = Callable[[Mapping[str, Any]], Mapping[str, float]]
-# Function that computes the numbers of an experiment from the heights of each object's centre, (R, N), [m].
+# Function that computes the results of an experiment from the height of each object's centre over time, (R, N), [m].
 type Summarise = Callable[[Sequence[Array]], dict[str, Any]]
 
 
 class HeldTool(NamedTuple):
     """Object that R observers hold."""
 
-    tool: Tool  # the object
-    colours: tuple[Colour, ...]  # colours of the object, M of them
-    believed: Array  # densities that control uses, (R, M), [kg/m^3]
-    motions: Motions  # motions of all observers
+    tool: Tool
+    colours: tuple[Colour, ...]  # M colours of the object
+    believed: Array  # densities believed by the controller, (R, M), [kg/m^3]
+    motions: Motions  # trajectories of all observers
 
 
 class Held(NamedTuple):
-    """Objects of a protocol, held by R observers."""
+    """Objects of an experiment, held by R observers."""
 
-    numbers: dict[str, Any]  # numbers of the protocol that claims depend on
-    tools: tuple[HeldTool, ...]  # objects in the order of presentation
+    numbers: dict[str, Any]  # results on which claims depend
+    tools: tuple[HeldTool, ...]  # objects in order of presentation
 
 
 def measure_rods(world: World, observers: Experience, judge: Judge) -> Held:
-    """Computes the numbers of Simulation I that claims depend on.
+    """Computes the results of Simulation I on which claims depend.
 
-    Each observer has one memory before the first rod and one after each rod; the decoy is last.
+    Args:
+        world: Objects and settings.
+        observers: Memories of each observer before the first rod and after each rod, with the decoy last.
+        judge: Function that tests claims.
     """
     beliefs = [[memory.belief for memory in memories] for memories in observers]
     quantiles = [[belief.compute_percentiles(weight.QUARTILES)[:, 0] for belief in each] for each in beliefs]
@@ -88,10 +89,7 @@ def measure_rods(world: World, observers: Experience, judge: Judge) -> Held:
 
 
 def measure_centre_of_mass(world: World, experience: Experience, judge: Judge) -> Held:
-    """Computes the numbers of Simulation II that claims depend on.
-
-    The observers have experience.
-    """
+    """Computes the results of Simulation II on which claims depend, for experienced observers."""
     learned, tools = [memories[-1] for memories in experience], world.learning
     seen = [_see(world, tool, learned) for tool in tools]
     medians = np.array([memory.belief.compute_percentiles([0.5])[0] for memory in learned])
@@ -111,10 +109,7 @@ def measure_centre_of_mass(world: World, experience: Experience, judge: Judge) -
 
 
 def compare_with_simulated(world: World, held: Held) -> float:
-    """Computes the largest difference from simulated motions at any time, [m].
-
-    All observers are simulated.
-    """
+    """Simulates all observers, and computes the largest error of their trajectories, [m]."""
     differences = [0.0]
     for each in held.tools:
         believed, places = np.unique(each.believed, axis=0, return_index=True)
@@ -125,11 +120,11 @@ def compare_with_simulated(world: World, held: Held) -> float:
 
 
 class _Seen(NamedTuple):
-    """Features of an object as R observers see them before a hold."""
+    """Beliefs of R observers about an object before a hold."""
 
-    colours: tuple[Colour, ...]  # colours of the object, M of them
-    believed: Array  # densities that control uses, (R, M), [kg/m^3]
-    predicted: Array  # inertial parameters that these densities give, (R, 10)
+    colours: tuple[Colour, ...]  # M colours of the object
+    believed: Array  # densities believed by the controller, (R, M), [kg/m^3]
+    predicted: Array  # inertial parameters for these densities, (R, 10)
 
 
 def _see(world: World, tool: Tool, memories: Sequence[MaterialMemory]) -> _Seen:
@@ -141,10 +136,7 @@ def _see(world: World, tool: Tool, memories: Sequence[MaterialMemory]) -> _Seen:
 
 
 def _add_heights(known: xr.Dataset, heights: Mapping[str, Sequence[Array]]) -> xr.Dataset:
-    """Adds each object's heights, (R, N), and undefined values.
-
-    The latter are for variables that are not simulated.
-    """
+    """Adds heights of each object, (R, N), [m], and NaN for variables that are not simulated."""
     data = known.assign(
         {name: (("observer", "trial", "time"), np.stack(each, axis=1)) for name, each in heights.items()}
     )
@@ -153,7 +145,7 @@ def _add_heights(known: xr.Dataset, heights: Mapping[str, Sequence[Array]]) -> x
 
 
 def _hold_all(world: World, tools: Sequence[Tool], seen: Sequence[_Seen], summarise: Summarise, judge: Judge) -> Held:
-    """Simulates holds of all objects of an experiment by all observers."""
+    """Computes trajectories of all observers with all objects, without interpolation if its errors affect claims."""
 
     def compute(heights: Sequence[Array]) -> dict[str, Any]:
         return {name: value for name, value in summarise(heights).items() if name not in _LEFT_OUT}
@@ -189,17 +181,14 @@ def _find_motions(
 
 
 def _hold(world: World, tool: Tool, colours: tuple[Colour, ...], densities: Array) -> Array:
-    """Computes the height of an object's centre, (N,), [m], at believed densities, (M,)."""
+    """Simulates the height of an object's centre, (N,), [m], given the believed densities, (M,)."""
     memory = MaterialMemory.from_densities(dict(zip(colours, densities.tolist(), strict=True)))
     runner = get_runner(replace(world.settings, integrator=replace(world.settings.integrator, scheme=_HOLD_SCHEME)))
     return runner.run_hold(tool, memory, duration=HOLD_DURATION, seed=(0,)).height_centre
 
 
 def _move(heights: Sequence[Array], errors: Sequence[float]) -> list[list[Array]]:
-    """Returns motions shifted by their errors, object by object.
-
-    Motions move up or down, or outward or inward.
-    """
+    """Shifts the trajectories for each object by their error, upwards, downwards, outwards or inwards at random."""
     rng = np.random.default_rng(0)
     return [
         [

@@ -1,17 +1,15 @@
-"""Interpolates many observers' motions from the motions of a few, with a measured error.
+"""Interpolation of trajectories of many observers from a few simulated observers, with error control.
 
-Motions are functions of beliefs.
+The trajectory of a held object is a continuous function of the believed densities. Complete trajectories are
+interpolated, because their extrema are not smooth functions of beliefs.
 
-The motion of a held object depends continuously on the believed densities, and on nothing else. Only the lowest and
-the highest point of a motion have kinks; they are computed afterwards, so motions are interpolated as a whole.
-
-Over one density a cubic spline is used. Every gap between two nodes is halved until the motion in its middle is
-predicted to a tolerance, so nodes gather where the arm meets a limit. Over several densities polynomials are used.
-Their nodes are a sequence of simulated observers (discrete Leja points: Bos, De Marchi, Sommariva and Vianello 2010,
-SIAM J. Numer. Anal. 48:1984-1999). Before a motion becomes a node, it is compared with the prediction from the nodes
-so far; this ends when enough new motions in succession are predicted. Limits of the arm are first met by observers
-whose beliefs are extreme or furthest from the nodes, so these are simulated and compared, too. If the tolerance is
-not met, all motions are simulated.
+For one density, a cubic spline is used. Intervals between nodes are halved until the trajectory at the midpoint is
+predicted within a tolerance, so that nodes concentrate where the arm reaches a limit. For several densities,
+polynomials are used. Their nodes are discrete Leja points (Bos, De Marchi, Sommariva and Vianello 2010, SIAM J.
+Numer. Anal. 48:1984-1999). Each new trajectory is compared with the prediction from previous nodes, until several in
+succession are predicted within the tolerance. Observers with extreme beliefs or with beliefs far from all nodes are
+most likely to reach limits of the arm, and are therefore simulated and compared, too. If the tolerance is not met,
+all observers are simulated.
 """
 
 import itertools
@@ -27,39 +25,38 @@ from scipy.linalg import lu_factor
 
 from affordance.arrays import Array
 
-# Largest error of a motion before it becomes a node, [m]: a hundredth of the smallest drop that counts. Once it is a
-# node, the remaining error is usually ten times smaller.
+# Largest error of a predicted trajectory, [m], which is a hundredth of the smallest relevant drop. When this
+# trajectory is added as a node, the error usually becomes ten times smaller.
 TOLERANCE = 5e-5
-# Number of a spline's nodes before gaps are halved, and number of distinct beliefs below which all are simulated.
+# Number of initial nodes of a spline, and smallest number of nodes for interpolation.
 _NUM_FIRST, _LEAST_FIRST = 7, 4
-# Fraction of the tolerance that is required in the middle of a gap: near a kink a spline is wrong by up to twice as
-# much elsewhere.
+# Tolerance at midpoints as a fraction of the tolerance. Near a kink, errors elsewhere are up to twice as large.
 _LINE_SHARE = 0.5
-# Number of new motions in succession that polynomials must predict; a single one may agree by chance.
+# Number of successive trajectories that polynomials must predict. A single one can agree by chance.
 _NUM_MET = 2
-# Numbers of observers whose motions are compared with the polynomials: those with the most extreme beliefs, and those
-# whose beliefs are furthest from all simulated ones.
+# Numbers of additional observers for comparison: with the most extreme beliefs, and with beliefs that are farthest
+# from all simulated observers.
 _NUM_EXTREME = 6
 _NUM_BETWEEN = 6
-# Spread along a direction, as a fraction of the widest spread, below which the direction counts as having none.
+# Smallest spread of beliefs along a direction, as a fraction of the largest spread.
 _NO_SPREAD = 1e-9
-# Number of nodes above which polynomials are given up: degree 9 in two densities.
+# Largest number of nodes of polynomials (degree 9 for two densities).
 _MAX_NODES = 60
 
 
 class Motions(NamedTuple):
-    """Motions of R observers."""
+    """Trajectories of R observers."""
 
     heights: Array  # height over time, (R, N), [m]
-    # Largest error of motions at the last comparison, [m]; zero if all were simulated. Along a line, the compared
-    # motions become nodes afterwards.
+    # Largest error of predicted trajectories in the last comparison, [m]; zero if all were simulated. The compared
+    # trajectories of splines are added as nodes afterwards.
     error: float
-    num_simulated: int  # number of distinct motions that were simulated
-    num_distinct: int  # number of distinct motions
+    num_simulated: int  # number of different trajectories that were simulated
+    num_distinct: int  # number of different trajectories
 
 
 class _Simulated:
-    """Motions of candidates, each simulated when first needed and then stored."""
+    """Cache of trajectories that are simulated on demand."""
 
     def __init__(self, simulate: Callable[[Array], Array], candidates: Array) -> None:
         self._simulate = simulate
@@ -67,25 +64,25 @@ class _Simulated:
         self.found: dict[int, Array] = {}
 
     def hold(self, index: int) -> Array:
-        """Returns the motion of a candidate, (N,), [m]."""
+        """Returns the trajectory of a candidate, (N,), [m]."""
         if index not in self.found:
             self.found[index] = self._simulate(self._candidates[index])
         return self.found[index]
 
     def hold_all(self, indices: Iterable[int]) -> Array:
-        """Returns the motions of candidates, (K, N), [m]."""
+        """Returns the trajectories of K candidates, (K, N), [m]."""
         return np.array([self.hold(int(index)) for index in indices])
 
 
 def interpolate_motions(
     simulate: Callable[[Array], Array], believed: Array, true: Array | None = None, tolerance: float = TOLERANCE
 ) -> Motions:
-    """Computes the motions of observers with given beliefs, to a tolerance.
+    """Computes the trajectories of observers with given beliefs within a tolerance.
 
     Args:
-        simulate: Function from an observer's densities, (M,), to the motion, (N,), [m].
-        believed: Densities that each observer believes, (R, M), [kg/m^3].
-        true: True densities, (M,), which are a node; None if no belief keeps the object at rest.
+        simulate: Function that simulates the trajectory, (N,), [m], for believed densities, (M,).
+        believed: Believed densities of each observer, (R, M), [kg/m^3].
+        true: True densities, (M,), which are used as a node; None if no believed densities can be true.
         tolerance: Largest error, [m].
     """
     distinct, owners = np.unique(believed, axis=0, return_inverse=True)
@@ -110,17 +107,18 @@ def interpolate_motions(
 def _interpolate_line(
     motions: _Simulated, scaled: Array, num_true: int, tolerance: float
 ) -> tuple[Array, float] | None:
-    """Interpolates motions along a line of beliefs with a cubic spline.
+    """Interpolates trajectories along a line of beliefs with a cubic spline.
 
-    Positions (P,) are from -1 to 1.
+    Args:
+        motions: Trajectories of the candidates.
+        scaled: Positions of the candidates along the line, (P,), from -1 to 1.
+        num_true: Number of true beliefs, which are the first candidates and always nodes.
+        tolerance: Largest error, [m].
 
-    The first candidates are true beliefs, which are always nodes.
-
-    Returns:
-        Motions of all candidates, (P, N), [m], and the largest error in the middle of gaps; None if all must be
+    Returns: Trajectories of all candidates, (P, N), [m], and largest error at midpoints; None if all must be
         simulated.
     """
-    order = np.unique(scaled.round(9), return_index=True)[1]  # among equal positions, the true belief is kept
+    order = np.unique(scaled.round(9), return_index=True)[1]  # the true belief precedes equal positions
     angles = np.arccos(-np.clip(scaled[order], -1.0, 1.0))
     evenly = np.linspace(0.0, np.pi, _NUM_FIRST)
     first = np.abs(angles[:, np.newaxis] - evenly).argmin(axis=0)
@@ -152,18 +150,21 @@ def _interpolate_line(
 def _interpolate_plane(
     motions: _Simulated, scaled: Array, extremes: Sequence[int], tolerance: float
 ) -> tuple[Array, float] | None:
-    """Interpolates motions over several directions of beliefs with polynomials.
+    """Interpolates trajectories over several directions of beliefs with polynomials.
 
-    Positions (P, axes) are from -1 to 1.
+    Args:
+        motions: Trajectories of the candidates.
+        scaled: Positions of the candidates, (P, axes), from -1 to 1.
+        extremes: Candidates with extreme beliefs, for comparison.
+        tolerance: Largest error, [m].
 
-    Returns:
-        Motions of all candidates, (P, N), [m], and the largest error of those compared, including extreme ones; None
-        if all must be simulated.
+    Returns: Trajectories of all candidates, (P, N), [m], and largest error in the comparison; None if all must be
+        simulated.
     """
     basis, sizes = _build_basis(scaled)
     order = _order_nodes(basis)
-    said: Array | None = None  # motions of all candidates predicted from the nodes so far
-    met: list[float] = []  # errors of the new motions since the last one that was not predicted
+    said: Array | None = None  # trajectories of all candidates, predicted from the previous nodes
+    met: list[float] = []  # errors of successive trajectories within the tolerance
     for before, size in zip([0, *sizes], sizes, strict=False):
         if size >= len(scaled):
             break
@@ -183,7 +184,7 @@ def _interpolate_plane(
 
 
 def _scale(points: Array) -> Array:
-    """Scales points to positions along their directions of spread, (P, axes), from -1 to 1."""
+    """Scales points to positions from -1 to 1 along their principal directions, (P, axes)."""
     centred = points - points.mean(axis=0)
     _, spreads, directions = np.linalg.svd(centred, full_matrices=False)
     along = centred @ directions[_is_spread(spreads, points)].T
@@ -192,17 +193,14 @@ def _scale(points: Array) -> Array:
 
 
 def _is_spread(spreads: Array, points: Array) -> NDArray[np.bool_]:
-    """Returns True for each singular direction along which points are spread.
-
-    Directions are from a singular value decomposition.
-    """
+    """Returns True for each principal direction along which points are not constant."""
     return spreads > _NO_SPREAD * max(float(spreads[0]), float(np.abs(points).max()))
 
 
 def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
-    """Builds Chebyshev polynomials at all points, (P, B), by total degree.
+    """Evaluates Chebyshev polynomials at all points, by increasing total degree.
 
-    Also returns their number up to each degree.
+    Returns: Values, (P, B), and number of polynomials up to each degree.
     """
     num_axes = scaled.shape[1]
     each = chebyshev.chebvander(scaled, _MAX_NODES)  # (P, axes, _MAX_NODES + 1)
@@ -218,7 +216,7 @@ def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
 
 
 def _order_nodes(basis: Array) -> NDArray[np.intp]:
-    """Orders the points as nodes, by the pivots of elimination."""
+    """Orders points as discrete Leja points, which are the pivots of an LU decomposition."""
     order = np.arange(len(basis))
     for row, pivot in enumerate(lu_factor(basis, check_finite=False)[1]):
         order[[row, pivot]] = order[[pivot, row]]
@@ -226,7 +224,7 @@ def _order_nodes(basis: Array) -> NDArray[np.intp]:
 
 
 def _find_extremes(points: Array) -> NDArray[np.intp]:
-    """Finds the points farthest from the mean along each direction, in SDs."""
+    """Finds the points with the largest Mahalanobis distance from the mean."""
     centred = points - points.mean(axis=0)
     outer, spreads, _ = np.linalg.svd(centred, full_matrices=False)
     kept = _is_spread(spreads, points)
@@ -234,7 +232,7 @@ def _find_extremes(points: Array) -> NDArray[np.intp]:
 
 
 def _find_between(scaled: Array, simulated: Sequence[int]) -> list[int]:
-    """Finds the points, (P, axes), farthest from the simulated ones and from each other."""
+    """Finds the points, (P, axes), that are farthest from simulated points and from each other."""
     distances = np.linalg.norm(scaled[:, np.newaxis] - scaled[simulated], axis=2).min(axis=1)
     found: list[int] = []
     for _ in range(_NUM_BETWEEN):

@@ -1,8 +1,6 @@
-"""Simulates learning from objects at rest, for thousands of observers.
+"""Learning from objects at rest, for thousands of observers, without simulating holds.
 
-Holds are not simulated.
-
-Beliefs change as in a simulated trial, except that the posture does not sink under a misjudged object.
+Beliefs are updated as in a simulated trial, except that the arm does not sink if an object is heavier than expected.
 """
 
 from collections.abc import Sequence
@@ -28,18 +26,22 @@ from affordance.vision.features import VisionError
 from affordance.vision.prediction import predict_object
 from studies.robustness.build import World
 
-_FELT = 1  # element of a seed for errors of felt torques, as in a simulated trial
+_FELT = 1  # last element of the seed of torque errors, as in a simulated trial
 
 
 def learn_at_rest(
     hold: StaticHold, world: World, tools: Sequence[Tool], orders: Sequence[Sequence[int]], seed: int
 ) -> list[list[MaterialMemory]]:
-    """Computes observers' memories before their first object and after each.
+    """Computes memories of observers before their first object and after each object, without evidence.
 
-    No evidence is computed.
+    Torque errors equal the errors in simulated trials with the same seed.
 
-    Each observer holds the objects in its own order; colours are remembered in the order of the objects' parts.
-    Errors of felt torques equal those of simulated trials with the same root.
+    Args:
+        hold: Arm at rest.
+        world: Objects and settings.
+        tools: Objects.
+        orders: Order of the objects for each observer.
+        seed: Root seed.
     """
     prior = world.settings.prior
     features = [measure_features(tool, VisionError(), np.random.default_rng(0)) for tool in tools]
@@ -58,12 +60,9 @@ def learn_at_rest(
 
 
 def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count: int) -> list[list[MaterialMemory]]:
-    """Computes what observers learn about materials from the objects of Simulation II.
+    """Computes the experience of observers with the objects of Simulation II, in a different order for each observer.
 
-    Each observer has its own order.
-
-    Returns:
-        Each observer's memory of materials, without single objects: before the first hold and after every hold.
+    Returns: Memory of materials, without single objects, of each observer before the first hold and after each hold.
     """
     tools = world.learning[:2]
     orders = [draw_order(Setup(seed=seed), len(tools), observer) for observer in range(count)]
@@ -88,10 +87,7 @@ def _feel(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed:
 
 
 def _learn_together(memories: Sequence[MaterialMemory], felt: Sequence[Felt], prior: Prior) -> list[MaterialMemory]:
-    """Updates each memory by its object at hand.
-
-    Objects of the same colours are learned at once.
-    """
+    """Updates each memory with its current object. Objects with the same colours are processed together."""
     learned: dict[int, MaterialMemory] = {}
     at_hand = [cast(AtHand, memory.at_hand) for memory in memories]
     for colours in dict.fromkeys(each.seen.colours for each in at_hand):

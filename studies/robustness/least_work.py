@@ -1,8 +1,7 @@
-"""Plans blows of least work, for comparison with least angular acceleration.
+"""Blows that minimise work, for comparison with blows that minimise angular acceleration.
 
-The motion of least work depends on the tool's inertia, and a search takes seconds. Therefore one search is made for
-one inertia, and the resulting motion is run slower or faster to strike at other speeds. The cost under a belief is
-the cost of this motion, not that of the best motion for each inertia.
+The optimal motion depends on the inertia of the tool, and a search takes seconds. Therefore the motion is optimised
+for one inertia, and scaled in time to strike at other speeds. The cost for other inertias is the cost of this motion.
 """
 
 from dataclasses import replace
@@ -20,18 +19,23 @@ from affordance.plant.contact import EffectiveMass
 from affordance.settings import Settings
 from studies.robustness.optimal_swing import OptimalSwing, SwingSearch
 
-# Speeds of the motion relative to the result of the search: from a tap to what the lightest tool needs.
+# Speeds relative to the optimised motion, from a light tap to the speed that the lightest tool requires.
 _PACES = np.geomspace(0.25, 2.0, 12)
 
 
 def plan_least_work(planned: BlowCost, hammer: Hammer, model: ArmModel, pi: Array, settings: Settings) -> BlowCost:
-    """Plans the demanded blow with least work, for a tool with parameters pi, (10,).
+    """Plans a blow that minimises work.
 
-    The search starts from blows of least acceleration, and changes the model's state and payload.
+    Args:
+        planned: Blows that minimise acceleration, for the initial guess.
+        hammer: Required blow.
+        model: Model of the arm, whose state and payload are changed.
+        pi: Inertial parameters of the tool, (10,).
+        settings: Settings.
 
     Raises:
-        AffordanceError: No swing strikes as demanded, the search does not converge, or its motion exceeds the
-            velocity limits at all speeds.
+        AffordanceError: No swing strikes as required, the search does not converge, or the motion exceeds velocity
+            limits at all speeds.
     """
     swing = plan_strike(planned, hammer, model, pi, settings).swing
     try:

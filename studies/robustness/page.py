@@ -1,4 +1,4 @@
-"""Writes the table of docs/robustness.md from the metrics of a run: ``make numbers``."""
+"""Table of docs/robustness.md, generated from the metrics of a run: ``make numbers``."""
 
 import json
 import re
@@ -11,15 +11,15 @@ from studies.robustness.report import list_tables
 from studies.study import format_table
 
 PAGE = Path(__file__).parents[2] / "docs" / "robustness.md"
-# Columns of the page's table; the report has the other columns, and further tables.
+# Columns of the table on the page. The report has all columns and further tables.
 COLUMNS = ("claim", "statement", "holds in", "95 % interval", "moved most by")
-# Metrics that the table is made from; they are stored with the page so that a test can make it again.
+# Metrics for the table, stored with the page so that a test can regenerate it.
 KEPT = PAGE.with_suffix(".json")
 _BETWEEN = re.compile(r"(<!-- make numbers writes from here -->\n).*?(<!-- to here -->)", re.DOTALL)
 
 
 def keep(metrics: Path) -> None:
-    """Stores a run's metrics for the tables, without indices of all assumptions."""
+    """Stores the metrics of a run for the tables, without indices of all assumptions."""
     numbers = json.loads(metrics.read_text(encoding="utf-8"))
     for name in ("first_order", "config", "setup", "versions", "run_shown"):
         numbers.pop(name, None)
@@ -29,10 +29,7 @@ def keep(metrics: Path) -> None:
 
 
 def fill() -> int:
-    """Writes the table into the page, and returns exit status 0.
-
-    New metrics are first stored in results/.
-    """
+    """Updates the table on the page with the latest metrics in results/, and returns exit status 0."""
     metrics = PAGE.parents[1] / "results" / "robustness" / "metrics.json"
     if metrics.is_file():
         keep(metrics)
@@ -43,7 +40,7 @@ def fill() -> int:
 
 
 def read_tables() -> str:
-    """Returns the text between the page's marks."""
+    """Returns the text between the markers of the page."""
     found = _BETWEEN.search(PAGE.read_text(encoding="utf-8"))
     assert found is not None
     return found[0].removeprefix(found[1]).removesuffix(found[2])

@@ -1,4 +1,4 @@
-"""Report of the study of robustness: valid claims by setting, and important assumptions."""
+"""Report of the robustness study: fraction of settings in which claims hold, and important assumptions."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,12 +10,12 @@ from affordance.reporting.section import ReportFigure, Section, Table
 from studies.robustness.assumptions import load_assumptions
 from studies.robustness.study import CONTACT_EVERY
 
-# Largest numbers of settings listed for a claim, and of reasons listed for an experiment.
+# Largest number of listed settings per claim, and of listed reasons per experiment.
 _LISTED, _REASONS = 12, 6
 
 
 def describe(numbers: Mapping[str, Any], faults: str = "") -> Section:
-    """Describes a run, with a remark on active faults."""
+    """Describes a run, including active faults."""
     met, failed = numbers["default_meets"], numbers["default_fails"]
     not_met = f", and not {', '.join(failed)}" if len(failed) else ""
     return Section(
@@ -53,7 +53,7 @@ def describe(numbers: Mapping[str, Any], faults: str = "") -> Section:
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Tests the claims about the study itself."""
+    """Tests claims about the study itself."""
     error = n["interpolation_error_m"]
     return [
         claim("enough_settings", "ours", "At least 300 settings were evaluated.",
@@ -67,10 +67,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def list_tables(n: Mapping[str, Any]) -> list[Table]:
-    """Lists the tables of the section.
-
-    docs/robustness.md has columns of the first.
-    """
+    """Lists the tables of the section, of which the first is also in docs/robustness.md, with fewer columns."""
     parts = [[part, f"{seconds:.1f}"] for part, seconds in n["cpu_s"].items()]
     return [
         _tabulate_claims(n["claims"]),
@@ -137,7 +134,7 @@ def _tabulate_failures(fails_in: Mapping[str, Sequence[int]]) -> Table:
 def _tabulate_reasons(not_run: Mapping[str, int], reasons: Mapping[str, Mapping[str, int]]) -> Table:
     rows = []
     for name, count in not_run.items():
-        # A bar would end the cell of the table.
+        # A vertical bar would end the table cell.
         listed = [f"{times}: {why.replace('|', '/')}" for why, times in reasons[name].items()]
         rows.append([name, str(count), "; ".join(listed[:_REASONS])])
     caption = "Settings in which an experiment could not be run and was left out."

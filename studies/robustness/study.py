@@ -1,7 +1,4 @@
-"""Study of robustness: tests every claim in a sample of settings.
-
-Each repeat is one setting.
-"""
+"""Robustness study: tests of all claims for a sample of settings, one setting per repeat."""
 
 import csv
 import io
@@ -31,7 +28,7 @@ from studies.robustness.interpolation import TOLERANCE
 
 _NONE = "none above chance"
 _CHOOSING = ("reach", "hammer")
-# Reasons why an experiment could not be run, by a phrase that their messages contain.
+# Reasons why an experiment could not be run, by a phrase in the error message.
 _KINDS = {
     "worst direction": "the path comes too near rank loss",
     "leaves the path": "the controller leaves the path",
@@ -43,47 +40,41 @@ _KINDS = {
     "puts ": "the arm cannot take the start posture",
     "must be at most": "an object is too heavy to hold",
 }
-# Each setting has as many observers as the simulations.
+# Number of observers per setting, as in the simulations.
 DEFAULT_NUM_OBSERVERS = 200
-# The sample has this many settings by default, so that shares are known to 6 % or better.
+# Default number of settings, with which fractions have errors of at most 6 %.
 DEFAULT_NUM_SETTINGS = 300
-# Contact is simulated in one setting in this many, which takes a tenth of all the time.
+# Contact is simulated in one of this many settings, which takes a tenth of the total time.
 CONTACT_EVERY = 3
-# In one setting in this many, and in the default one, all holds are simulated and compared with the interpolated
-# ones.
+# Interpolation is validated in the default setting and in one of this many settings.
 PROVE_EVERY = 60
-# Largest error of interpolated motions, [m].
+# Largest error of interpolated trajectories, [m].
 INTERPOLATION_BOUND = TOLERANCE
 
 
 @dataclass(frozen=True)
 class Robustness:
-    """Claims evaluated over a sample of settings."""
+    """Configuration of the robustness study."""
 
-    assumptions: tuple[Assumption, ...]  # assumptions that are varied
+    assumptions: tuple[Assumption, ...]  # varied assumptions
     models: Path = MODELS  # folder of materials, path, nail and arm
-    seed: int = 0  # root of every random draw
-    # Settings of the simulations; a sampled setting replaces those that it varies.
-    settings: Settings = DEFAULT_SETTINGS
-    num_observers: int = DEFAULT_NUM_OBSERVERS  # number of observers of each setting
+    seed: int = 0  # root seed
+    settings: Settings = DEFAULT_SETTINGS  # default settings of the simulations
+    num_observers: int = DEFAULT_NUM_OBSERVERS  # number of observers per setting
 
     def list_files(self) -> list[Path]:
-        """Lists the arm's files, and files that a setting changes.
-
-        The latter are materials, path and nail.
-        """
+        """Lists all model files: files of the arm, and materials, path and nail, which settings modify."""
         names = ("materials.yaml", "paths/reach.yaml", "nail.yaml")
         return [*list_arm_files(self.settings.arm), *(self.models / name for name in names)]
 
     def evaluate(self, index: int | None, *, proves: bool = False) -> tuple[dict[str, float | str], Outcome]:
-        """Evaluates a setting of the sample or of the simulations.
+        """Evaluates a setting with its own random seed.
 
-        Random draws are the setting's own.
+        Args:
+            index: Index of a sampled setting; None for the default setting.
+            proves: True to simulate all holds and compare them with interpolated trajectories.
 
-        With ``proves``, all holds are simulated as well.
-
-        Returns:
-            Values of the assumptions, and the outcome.
+        Returns: Values of the assumptions, and the outcome.
         """
         if index is None:
             setting, seed = list_defaults(self.assumptions), self.seed
@@ -102,12 +93,11 @@ class Robustness:
         return setting, outcome
 
     def run_setting(self, repeat: int) -> Arrays:
-        """Evaluates a setting. Repeat 0 is the simulations' setting, others are the sample's.
+        """Evaluates the default setting (repeat 0) or a sampled setting.
 
-        Returns:
-            ``outcomes`` (C,), which are 1, 0 or NaN; ``p_correct`` (2, 4) and ``work_ratio`` (2,) for reaching and
-            hammering; ``reasons`` (5,) why an experiment could not be run; ``simulated``, the fraction of holds that
-            were simulated; ``interpolation_error``, NaN where it was not measured; ``cpu_s`` (8,).
+        Returns: ``outcomes``, (C,), which are 1, 0 or NaN; ``p_correct``, (2, 4), and ``work_ratio``, (2,), for
+            reaching and hammering; ``reasons``, (5,), why experiments could not be run; ``simulated``, fraction of
+            simulated holds; ``interpolation_error``, NaN if not measured; ``cpu_s``, (8,).
         """
         _, outcome = self.evaluate(repeat - 1 if repeat else None, proves=repeat == 0 or repeat % PROVE_EVERY == 1)
         chosen = [outcome.numbers.get(name, {}) for name in _CHOOSING]
@@ -123,7 +113,7 @@ class Robustness:
         }
 
     def compute_metrics(self, arrays: Arrays) -> dict[str, Any]:
-        """Computes the numbers of metrics.json."""
+        """Computes the content of metrics.json."""
         known = list_claims()
         default = np.asarray(arrays["outcomes"][0], dtype=float)
         errors = np.asarray(arrays["interpolation_error"], dtype=float)
@@ -183,10 +173,7 @@ class Robustness:
         }
 
     def _describe_choices(self, p_correct: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
-        """Computes quantiles of correct choices, (N, moments).
-
-        Quantiles are over all settings and by noise structure.
-        """
+        """Computes quantiles of the probability of correct choices, (N, moments), overall and by noise structure."""
         (column,) = (place for place, each in enumerate(self.assumptions) if each.name == "noise_structure")
         structures = self.assumptions[column].choices
         chosen = {name: levels[:, column] == level for level, name in enumerate(structures)}
@@ -196,7 +183,7 @@ class Robustness:
         }
 
     def draw(self, numbers: Mapping[str, Any]) -> Figure:
-        """Plots the map of claims and assumptions."""
+        """Plots fractions and sensitivity indices for all claims."""
         order = (*EXPERIMENTS, TASKS)
         claims = dict(sorted(numbers["claims"].items(), key=lambda entry: order.index(entry[0].split(".")[0])))
         shares = np.array([[each["holds"] or 0.0, *each["ci95"]] for each in claims.values()])
@@ -209,7 +196,7 @@ class Robustness:
         )
 
     def write_settings(self, arrays: Arrays, folder: Path) -> None:
-        """Writes the sample's table, with one row per setting, into the folder."""
+        """Writes a table of the sample, with one row per setting, to a folder."""
         arrays = _drop_default(arrays)
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -221,7 +208,7 @@ class Robustness:
         columns = (arrays[name] for name in ("outcomes", "p_correct", "work_ratio", "reasons"))
         for index, (setting, row, p_correct, ratios, reasons) in enumerate(zip(settings, *columns, strict=True)):
             values = [f"{value:.6g}" if isinstance(value, float) else value for value in setting.values()]
-            # Blank where a claim was not judged.
+            # Cells are blank if a claim was not tested.
             held = ["" if np.isnan(outcome) else int(outcome) for outcome in row]
             shown = ["" if np.isnan(number) else f"{number:.6g}" for number in (*p_correct.ravel(), *ratios)]
             writer.writerow([index, *values, *held, *shown, "; ".join(str(reason) for reason in reasons if reason)])
@@ -233,10 +220,7 @@ def _drop_default(arrays: Arrays) -> Arrays:
 
 
 def _list_quantiles(values: Array) -> dict[str, Any]:
-    """Computes the number of rows, and 5, 50 and 95 % quantiles.
-
-    Without rows, quantiles are left out.
-    """
+    """Computes the number of rows and, if there are any, 5, 50 and 95 % quantiles."""
     if not len(values):
         return {"count": 0}
     low, median, high = np.quantile(values, [0.05, 0.5, 0.95], axis=0)
@@ -250,5 +234,5 @@ def _count_reasons(reasons: Sequence[str]) -> dict[str, int]:
 
 
 def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS) -> Robustness:
-    """Reads the assumptions."""
+    """Loads the assumptions, and configures the study."""
     return Robustness(load_assumptions(), models, seed, settings)

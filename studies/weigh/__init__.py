@@ -1,1 +1,1 @@
-"""Study of loads weighed by a wrist sensor, on simulated poses with known truth."""
+"""Study of weighing with a wrist sensor, on simulated poses with known loads."""

@@ -1,11 +1,8 @@
-"""``affordance study weigh``: tests the intervals of ``affordance weigh`` and of least squares.
-
-Coverage is measured.
-"""
+"""``affordance study weigh``: measures the coverage of ``affordance weigh`` and of least squares."""
 
 import argparse
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -25,6 +22,7 @@ from studies.weigh.simulated import SimulatedPoses, simulate_poses
 
 _FORM_NAMES = tuple(FORMS)
 _GROUPS = {"mass": slice(0, 1), "centre of mass": slice(1, 4)}
+_RESAMPLES = 2000  # of the tables, for intervals over tables
 
 
 @dataclass(frozen=True)
@@ -48,9 +46,9 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def run_table(config: WeighConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Weighs one simulated table.
+    """Weighs the load of one simulated table.
 
-    Returns errors, SDs, and True where 50 and 90 % intervals contain the truth.
+    Returns: Errors, SDs, and True if the 50 and 90 % intervals contain the truth.
     """
     simulated = simulate_poses(config.seed, repeat)
     with tempfile.TemporaryDirectory() as folder:
@@ -73,9 +71,9 @@ def run_table(config: WeighConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
 
 
 def solve_least_squares(simulated: SimulatedPoses, wrench: Array, down_S: Array) -> tuple[Array, Array, Array]:
-    """Solves for mass and centre by ordinary least squares, with known axes.
+    """Estimates mass and centre of mass with ordinary least squares, with known axes.
 
-    Returns them, their SDs and degrees of freedom.
+    Returns: The estimates, their SDs, and their degrees of freedom.
     """
     g = GRAVITY * down_S
     if simulated.axes == "base":
@@ -102,7 +100,7 @@ def _simulate(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]
 
 
 def tabulate(run: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Prints and returns coverage by noise, number of poses and form."""
+    """Prints and returns coverage for each noise, number of poses and form of orientation."""
     level = run["level"]
     numbers: dict[str, Any] = {"tables": len(level)}
     numbers |= {name: float(run[name].mean()) for name in ("read_right", "doubted")}
@@ -117,21 +115,51 @@ def tabulate(run: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
             cells: dict[str, Any] = {"tables": int(chosen.sum())}
             for group, part in _GROUPS.items():
                 for kind in ("held", "plain_held"):
-                    cells[f"{kind} {group}"] = run[kind][chosen][:, :, part].mean(axis=(0, 2)).tolist()
+                    of_tables = run[kind][chosen][:, :, part].mean(axis=2)
+                    low, high = _resample(np.mean, of_tables[:, 1])
+                    cells[f"{kind} {group}"] = [*of_tables.mean(axis=0).tolist(), low, high]
             rows.append([name, str(cells["tables"]), *(_show(each) for each in list(cells.values())[1:])])
             numbers["coverage"][name] = cells
     scaled = run["error"] / run["sd"]
     numbers["rms_error_in_sds"] = np.sqrt((scaled**2).mean(axis=0)).tolist()
     for kind in ("error", "plain_error"):
         numbers[f"median_{kind}"] = np.median(np.abs(run[kind]), axis=0).tolist()
-    header = ["coverage at 50, 90 %", "tables", "mass", "least squares", "centre of mass", "least squares"]
+    numbers["error_ratio"] = {
+        group: [_compare_errors(errors), *_resample(_compare_errors, errors)]
+        for group, part in _GROUPS.items()
+        for errors in [np.abs(np.stack([run["error"][:, part], run["plain_error"][:, part]], axis=-1))]
+    }
+    header = [
+        "coverage at 50, 90 % [95 % interval]",
+        "tables",
+        "mass",
+        "least squares",
+        "centre of mass",
+        "least squares",
+    ]
     print(format_table(header, rows))
     print(f"axes read right in {numbers['read_right']:.3f}, doubted {numbers['doubted']:.3f}")
+    for group, (ratio, low, high) in numbers["error_ratio"].items():
+        print(f"median error of the {group} over that of least squares: {ratio:.2f} [{low:.2f}, {high:.2f}]")
     return numbers
 
 
-def _show(shares: list[float]) -> str:
-    return " ".join(f"{share:.2f}" for share in shares)
+def _compare_errors(errors: Array) -> float:
+    """Computes the ratio of the median errors of ``weigh``, ``errors[..., 0]``, and of least squares."""
+    ours, plain = np.median(errors, axis=tuple(range(errors.ndim - 1)))
+    return float(ours / plain)
+
+
+def _resample(statistic: Callable[[Array], Any], of_tables: Array) -> list[float]:
+    """Computes the 95 % bootstrap interval of a statistic over tables, the first axis."""
+    rng = np.random.default_rng(0)
+    drawn = [statistic(of_tables[rng.integers(len(of_tables), size=len(of_tables))]) for _ in range(_RESAMPLES)]
+    return [float(bound) for bound in np.quantile(drawn, (0.025, 0.975))]
+
+
+def _show(cell: list[float]) -> str:
+    half, ninety, low, high = cell
+    return f"{half:.2f} {ninety:.2f} [{low:.2f}, {high:.2f}]"
 
 
 STUDY = Study("coverage of loads weighed by a wrist sensor, in simulated tables of poses", add_arguments, plan)

@@ -1,6 +1,6 @@
-"""Simulated poses of a force-torque sensor, with offsets, gains, noise and orientation errors.
+"""Simulates poses of a force-torque sensor, with offsets, gains, noise and orientation errors.
 
-Rotations are SciPy's, so that the truth is independent of the tested code.
+Rotations are computed with SciPy, so that the truth is independent of the tested code.
 """
 
 from pathlib import Path
@@ -12,16 +12,16 @@ from scipy.spatial.transform import Rotation
 from affordance.arrays import Array
 from affordance.extensions.payload.weighing.poses import FORMS, WRENCH
 
-NOISES = (0.03, 0.2, 1.0)  # SDs of a pose's mean force along each axis, [N]; torques have a twentieth in [N m]
+NOISES = (0.03, 0.2, 1.0)  # SDs of a pose's mean force along each axis, [N]; a twentieth in [N m] for torques
 NUM_POSES = (4, 6, 10, 20, 40)
 _GRAVITY = np.array([0.0, 0.0, -9.81])
 _ROW_NOISE = 0.5  # SD of a row about the mean of its pose, relative to the noise of the mean
-_GAIN_SD, _COMMON_SD = 0.01, 0.005  # of each axis, and of all axes together
-_TILT_SD = np.radians(0.3)  # error of an orientation about each axis, [rad]
+_GAIN_SD, _COMMON_SD = 0.01, 0.005  # SDs of the gain of each axis, and of a factor common to all
+_TILT_SD = np.radians(0.3)  # SD of orientation errors about each axis, [rad]
 
 
 class SimulatedPoses(NamedTuple):
-    """Simulated table and its truth."""
+    """Simulated table and the true load."""
 
     form: str
     noise: float  # [N]
@@ -40,7 +40,7 @@ class SimulatedPoses(NamedTuple):
 
 
 def simulate_poses(seed: int, repeat: int) -> SimulatedPoses:
-    """Simulates poses.
+    """Simulates a table of poses.
 
     Successive repeats cycle through forms of orientation, noises and numbers of poses.
     """
@@ -50,7 +50,7 @@ def simulate_poses(seed: int, repeat: int) -> SimulatedPoses:
     num = NUM_POSES[repeat // (len(FORMS) * len(NOISES)) % len(NUM_POSES)]
     axes = "base" if form not in ("gravity", "accelerometer") and rng.random() < 0.4 else "sensor"
     mass, centre = float(np.exp(rng.uniform(np.log(0.3), np.log(5.0)))), rng.uniform(-0.12, 0.12, 3)
-    # Two thirds of the sets show all directions, the others tilt by at most about 60 degrees.
+    # Two thirds of the tables contain all directions; in the others the tilt is at most about 60 degrees.
     small = Rotation.from_rotvec(rng.uniform(-0.8, 0.8, (num, 3)))
     R = Rotation.random(num, rng=rng) if rng.random() < 0.67 else Rotation.random(rng=rng) * small
     weight = mass * R.inv().apply(_GRAVITY)
@@ -71,7 +71,7 @@ def simulate_poses(seed: int, repeat: int) -> SimulatedPoses:
 
 
 def _list_orientations(form: str, stated: Rotation) -> Array:
-    """Lists the columns of a form of orientation, shape (N, k)."""
+    """Computes the columns of a form of orientation, shape (N, k)."""
     down = stated.inv().apply(_GRAVITY)
     return np.asarray(
         {

@@ -134,6 +134,8 @@ def watch(
         line = child.stdout.readline()
         assert line, child.communicate()
         found = re.search(r"http://localhost:\d+", line)
+    for _ in range(2):  # lines on other machines
+        child.stdout.readline()
     with open_page(width, height) as page:
         watched = Watched(child, page, found.group())
         yield watched

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import shutil
 import sys
 import tomllib
@@ -13,6 +14,7 @@ from helpers.children import PATIENCE
 import affordance
 
 LIBRARY = Path(affordance.__file__).parent
+TESTS = Path(__file__).parents[1]
 MOST_LOOSE = 8
 
 
@@ -61,3 +63,9 @@ def test_progress_bars_are_for_terminals_only(path):
     ]
     for call in calls:
         assert "disable=None" in ast.unparse(call), f"line {call.lineno}"
+
+
+def test_every_slow_test_is_in_the_file_that_the_list_names():
+    for line in (TESTS / "slow_tests.txt").read_text(encoding="utf-8").splitlines():
+        file, name = re.fullmatch(r"([\w/]+\.py)::(\w+)(?:\[.*\])?", line).groups()
+        assert f"def {name}(" in (TESTS / file).read_text(encoding="utf-8"), line

@@ -1,5 +1,6 @@
 """Outputs that pages quote are those of the commands above them; the slow ones are checked at a release."""
 
+import ast
 import re
 
 import pytest
@@ -70,6 +71,21 @@ def test_each_output_is_below_what_makes_it():
         quoted = [False, *(block.makes_next for block in blocks)]
         for block, is_made in zip(blocks, quoted, strict=False):
             assert block.language != "text" or is_made or block.file, f"{page}: {block.body}"
+
+
+def test_messages_about_a_load_that_is_not_explained_are_those_of_the_program():
+    sources = [path.read_text(encoding="utf-8") for path in (ROOT / "affordance/extensions/payload").rglob("*.py")]
+    said = [
+        node.value
+        for source in sources
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    ]
+    _, _, *messages = re.findall(r"^\| ([^|]+) \|", PAGES["docs/howto/unexplained_load.md"], re.MULTILINE)
+    assert messages
+    for message in messages:
+        for part in re.split(r"(?:JOINT|SIGNAL):?|\d+ %?", message):
+            assert any(part.strip() in text for text in said), f"{message}: {part}"
 
 
 STALE = """\

@@ -63,6 +63,13 @@ def test_every_decision_stands_in_their_index_with_its_title():
         assert f"- [{page.name[:4]}]({page.name}): {title}\n" in index
 
 
+def test_every_picture_has_an_alternative_text_and_a_caption():
+    for page in ROOT.glob("docs/**/*.md"):
+        for picture in re.finditer(r"!\[(?P<alt>[^\]]*)\]\([^)]*\)(?P<after>\n\n.)?", page.read_text()):
+            assert picture["alt"], f"{page}: {picture[0]}"
+            assert picture["after"] == "\n\n*", f"{page}: {picture[0]}"
+
+
 def test_page_that_a_search_finds_first_has_main_entries_of_the_index():
     page = "# What\n\n<!-- search: wrong payload, payload -->\n"
     assert generated.fill_marks(page) == "# What\n\n```{index} ! wrong payload, ! payload\n```\n"
@@ -203,7 +210,7 @@ def test_every_key_of_a_shipped_file_stands_in_the_page_of_formats():
 def test_keys_of_files_come_with_units():
     formats = generated.list_formats()
     for row in (
-        "| `semi_axes` | list of 3, each a number from 0.0001 to 1 |  | An ellipsoid: half the lengths along its own",
+        "| `semi_axes` | list of 3, each a number from 0.0001 to 1 |  | Semi-axes of an ellipsoid, [m]. |",
         "| `density` | number from 12 to 25000 | must be given | Density of the material, [kg/m^3]. |",
     ):
         assert row in formats

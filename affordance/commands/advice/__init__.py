@@ -1,1 +1,1 @@
-"""Commands for advice; each module has ``run``, and ``arguments`` declares their arguments."""
+"""Commands for advice. Each module has ``run``, and ``arguments`` declares their arguments."""

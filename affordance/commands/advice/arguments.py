@@ -1,4 +1,4 @@
-"""Arguments of the commands for advice, and options that these share."""
+"""Arguments of the commands for advice, and options that these commands share."""
 
 import argparse
 from pathlib import Path
@@ -9,19 +9,16 @@ from affordance.files.model_folder import MODELS
 
 
 def _add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
-    """Adds the options of commands that choose tools.
-
-    The options are tools, knowledge about them, criterion and robot.
-    """
+    """Adds the options of commands that choose tools: tools, knowledge about materials, criterion and robot."""
     add = parser.add_argument
-    what = "file of a task, in place of a task of the robot; next takes several, in addition to tasks of the robot"
+    what = "file of a task, instead of a task of the robot; next takes several, in addition to tasks of the robot"
     add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
-    what = "how the shape of tools is known: as drawn, or from rendered pictures"
+    what = "source of the tools' shapes: their drawings, or rendered pictures"
     add("--see", choices=("drawing", "pictures"), default="drawing", help=what)
     add(
         "--by",
         choices=("work", "effort", "margin", "grip"),
-        help="what is compared: expected work, effort, largest fraction of an effort limit, or wrench at the grip "
+        help="criterion: expected work, effort, largest fraction of an effort limit, or wrench at the grip "
         "(default: work for the paper's arm, grip for other arms and for holding still)",
     )
     add("--max-grip-force", type=float, metavar="N", help="largest force that the gripper can hold, N (default: any)")
@@ -42,10 +39,7 @@ def _add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) ->
 
 
 def _add_knowledge(parser: argparse.ArgumentParser) -> None:
-    """Adds the options for knowledge about materials.
-
-    The options are a materials file, handbook densities and a memory.
-    """
+    """Adds the options for knowledge about materials: a materials file, handbook densities and a memory."""
     add = parser.add_argument
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     what = "materials whose handbook density is known: NAME,NAME,... or nothing (default: all in the tools file)"
@@ -71,7 +65,7 @@ def declare_rank(parser: argparse.ArgumentParser) -> None:
     add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
     what = "rank the package's hammers after learning from its simulated recordings"
     add("--demo", action="store_true", help=what)
-    what = "in place of tools: a mass in the hand (kg); prints what remains of each joint's effort limit"
+    what = "instead of tools, a mass in the hand (kg); prints how much of each joint's effort limit remains"
     add("--payload", type=float, metavar="KG", help=what)
     what = "centre of mass of that mass in the hand's frame (m; default 0 0 0)"
     add("--payload-at", type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "Z"), help=what)
@@ -85,7 +79,7 @@ def declare_next(parser: argparse.ArgumentParser) -> None:
     add("tasks", nargs="*", metavar="TASK", help=what)
     what = "objects that may be held first (default: the pieces of stock of the package)"
     add("--may-hold", type=Path, default=MODELS / "workshop" / "blanks.yaml", metavar="FILE", help=what)
-    add("--include-tools", action="store_true", help="allow holding the tools themselves too")
+    add("--include-tools", action="store_true", help="the tools themselves may be held too")
     what = "price of one hold, in the unit of the cost of doing each task once (default 0)"
     add("--price", type=float, default=0.0, metavar="COST", help=what)
     _add_choice(parser, "next", samples=4000)

@@ -1,4 +1,4 @@
-"""``affordance guess``: estimates the inertia of objects from their appearance before any hold."""
+"""``affordance guess``: estimates the inertia of objects from their appearance, before they are held."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""``affordance new-tools FILE``: writes a commented tools file to fill in."""
+"""``affordance new-tools FILE``: writes a tools file with comments, to be completed by the user."""
 
 import argparse
 
@@ -13,7 +13,7 @@ _MATERIALS, _IN_A_LINE = "MATERIALS", 8
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the file."""
+    """Writes the file, and prints how to use it."""
     if arguments.file.exists():
         raise BadValueError(arguments.file, "", "exists already, must be a new file")
     if not arguments.file.parent.is_dir():

@@ -36,16 +36,16 @@ from affordance.settings import Settings
 
 _PRICE_MAX = 1e9
 _NAME = "next"
-# Columns to drop first if the table is too wide.
+# Columns that are dropped first if the table is too wide.
 _INFORMATION, _THEN = 2, 3
 # A choice is a tie if its expected loss is at most this fraction of the cost.
 _TIE = 1e-3
-# The text mentions that an object is heavy if the arm can hold it with a probability below this.
+# The text mentions heavy objects: those that the arm can hold with a probability below this.
 _SURELY = 0.995
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints which object to hold next, and writes it with a picture to the folder of ``--out``."""
+    """Prints which object to hold next, and writes the answer and a figure to the folder of ``--out``."""
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
     bounds = check_choice(arguments, 100)
     robot = open_robot(arguments)
@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe_holds(advice: HoldAdvice, width: int = 0) -> list[str]:
-    """Formats the current choices, and the objects that may be held."""
+    """Formats the current choices, and the worth of holding each object."""
     lines = [f"{each.name}: {_describe_decision(each, advice.unit)}" for each in advice.decisions]
     rows = [["", f"worth ({advice.unit})", "information (nat)", "P(best) after"]]
     for each in advice.ranked:
@@ -111,7 +111,7 @@ def describe_holds(advice: HoldAdvice, width: int = 0) -> list[str]:
 
 
 def _describe_decision(decision: OpenDecision, unit: str) -> str:
-    """Describes which option to take now, or why none can be taken. The words are as in a ranking."""
+    """Describes which option to take now, or why no option is possible, in the same words as ``rank``."""
     tool, _, grip = decision.best.rpartition(" by ")
     name = name_option(tool or grip, grip if tool else "", decision.alike)
     if not decision.is_possible:
@@ -126,7 +126,7 @@ def _describe_decision(decision: OpenDecision, unit: str) -> str:
 
 
 def describe_stop(advice: HoldAdvice) -> str:
-    """Describes which object to hold next, or why to stop."""
+    """Describes which object to hold next, or why no further object needs to be held."""
     first, unit = advice.ranked[0], advice.unit
     rests = ", and ".join(_describe_support(each) for each in advice.decisions if each.rests_on)
     if advice.check:
@@ -161,14 +161,14 @@ def describe_stop(advice: HoldAdvice) -> str:
 
 
 def _describe_settled(decision: OpenDecision) -> str:
-    """Describes how probably a settled choice is right."""
+    """Describes the probability that a settled choice is right."""
     if decision.is_possible:
         return f"is decided (P = {decision.p_best:.2f})"
     return f"cannot be done (P = {1.0 - decision.p_possible:.2f})"
 
 
 def _describe_support(decision: OpenDecision) -> str:
-    """Names the object, or the set of objects, on whose evidence a settled choice depends."""
+    """Names the objects that support a settled choice: without their evidence it would not be settled."""
     names = [name_object(name) for name in decision.rests_on]
     if len(names) == 1:
         return f"the choice for {decision.name} rests on {names[0]} alone"
@@ -176,7 +176,7 @@ def _describe_support(decision: OpenDecision) -> str:
 
 
 def _describe_open(decision: OpenDecision, unit: str) -> str:
-    """Describes an open choice: a tie, or an unavoidable expected loss. No hold here can avoid it."""
+    """Describes an open choice that no hold can settle: a tie, or an expected loss."""
     margin = decision.margin
     if margin is not None and max(margin, decision.regret) <= _TIE * decision.cost:
         gap = 0.0 if abs(margin) <= TIE * decision.cost else margin
@@ -185,7 +185,11 @@ def _describe_open(decision: OpenDecision, unit: str) -> str:
 
 
 def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
-    """Lists the objects that may be held. A name that both files use raises an AffordanceError."""
+    """Lists the objects that may be held.
+
+    Raises:
+        AffordanceError: The files of objects and tools use the same name.
+    """
     if arguments.may_hold.resolve() == arguments.tools.resolve():
         return bench.stock
     names = {tool.name for tool in bench.tools}
@@ -199,7 +203,7 @@ def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
 
 
 def _recall_looks(place: str | None, settings: Settings) -> dict[str, Appearance]:
-    """Reads the look of each object in a memory, by name. The result is empty without a memory."""
+    """Reads the appearance of each object in a memory, by the object's name; empty without a memory."""
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:

@@ -88,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _answer_payload(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> int:
-    """Prints each joint's remaining effort limit with a payload in a task."""
+    """Prints how much of each joint's effort limit remains in a task with a payload."""
     mass = check_number("--payload", arguments.payload, 0.0, _PAYLOAD_MAX, "kg")
     for value in arguments.payload_at:
         check_number("--payload-at", value, -_DISTANCE_MAX, _DISTANCE_MAX, "m")
@@ -119,7 +119,7 @@ def _answer_payload(arguments: argparse.Namespace, robot: Robot, names: Sequence
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:
-    """Ranks the package's hammers with a memory of trials from the package."""
+    """Ranks the package's hammers, with a memory of trials in the package."""
     check_alone(arguments, {"task": "a task", "files": "--task", "memory": "--memory"})
     teach = ["memory", "import", "demo.sqlite", TRIALS]
     announce(arguments, teach, ["rank", "hammer", "--memory", "demo.sqlite"])

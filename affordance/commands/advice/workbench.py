@@ -1,4 +1,4 @@
-"""Loads the tools, tasks and memory of commands that choose tools."""
+"""Loads tools, tasks and memory for the commands that choose tools."""
 
 import argparse
 from collections.abc import Collection, Mapping, Sequence
@@ -31,24 +31,24 @@ from affordance.reporting.formatting import break_line
 from affordance.robot import Robot
 from affordance.settings import Settings
 
-# Value of ``--know`` that means no material.
+# Value of ``--know`` for no material.
 _NOTHING = "nothing"
-# Names under which an import records tasks that have another name here.
+# Names of tasks in the record of an import, if they differ from the names here.
 _OF_IMPORT = {"hammer": "blow", "reach": "path"}
-# Bounds of what a gripper can hold, [N] and [N m]; a larger value must be in the wrong unit.
+# Largest plausible force and moment of a gripper, [N] and [N m]. A larger value must be in the wrong unit.
 _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 
 
 class Bench(NamedTuple):
-    """Tools, tasks, belief and criterion from which a tool is chosen.
+    """Tools, tasks, belief and criterion for the choice of a tool.
 
-    Every tool has at least one grip. The settings have the robot's arm and the changes of ``--set``.
+    Every tool has at least one grip. The settings contain the robot's arm and the changes of ``--set``.
     """
 
     settings: Settings
     materials: Mapping[str, Material]
     tools: list[Tool]
-    stock: list[Tool]  # other objects, whose materials are known too
+    stock: list[Tool]  # other objects that may be held
     named: NamedBelief
     tasks: Mapping[str, TaskCostModel]
     criterion: Criterion
@@ -56,7 +56,7 @@ class Bench(NamedTuple):
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
-    """Checks the options of a choice before the robot is opened. Returns the bounds of the grip."""
+    """Checks the options of a choice before the robot is opened, and returns the limits of the gripper."""
     options.check_bounds(arguments)
     options.refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     check_whole("--samples", arguments.samples, Whole(fewest_samples, 100_000))
@@ -71,7 +71,11 @@ def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBoun
 def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str], stock: Path | None = None) -> Bench:
     """Loads the tools, tasks and memory that the options name.
 
-    ``names`` are tasks of the robot, ``stock`` is a file.
+    Args:
+        arguments: Parsed arguments.
+        robot: Robot that will use the tool.
+        names: Names of the robot's tasks.
+        stock: File with further objects that may be held.
     """
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
@@ -80,7 +84,7 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
         remarks += (f"{arguments.tools.name}: centre of mass and moments follow from what the pictures show",)
     tools = options.choose_tools(known, arguments.only, arguments.tools)
     others, of_stock = options.read_tools(stock, materials) if stock else ((), ())
-    remarks = tuple(dict.fromkeys((*remarks, *of_stock)))  # both may be one file
+    remarks = tuple(dict.fromkeys((*remarks, *of_stock)))  # without duplicates, because both files may be the same
     named = know_materials(arguments, settings, [*tools, *others], materials)
     tasks = read_tasks(names, arguments.files, robot)
     lacks = read_lacks(robot.folder)
@@ -95,7 +99,7 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
 def know_materials(
     arguments: argparse.Namespace, settings: Settings, tools: Sequence[Tool], materials: Mapping[str, Material]
 ) -> NamedBelief:
-    """Adds the handbook densities of ``--know`` to the memory. Without ``--memory`` it is empty."""
+    """Adds the handbook densities of ``--know`` to the memory, which is empty without ``--memory``."""
     memory = MaterialMemory(settings.learner)
     if arguments.memory is not None:
         with open_memory(arguments.memory, create=False) as ledger:
@@ -110,11 +114,12 @@ def know_materials(
 
 
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
-    """Lists the tools' options with shapes from ``--see``, and with their weighings."""
+    """Lists the options (a tool in a grip), with shapes according to ``--see`` and with weighings."""
     if arguments.see == "drawing":
         seen = list_drawn_options(bench.tools)
     else:
-        from affordance.extensions.pixels.seen_tool import list_seen_options  # imported here, as it loads OpenCV
+        # Imported here, because it loads OpenCV.
+        from affordance.extensions.pixels.seen_tool import list_seen_options
 
         seen = list_seen_options(bench.tools, arguments.seed)
     return merge_alike(add_weighings(seen, bench.tools))
@@ -123,10 +128,10 @@ def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
 def rank_tools(
     arguments: argparse.Namespace, bench: Bench, choice: Choice, task: TaskCostModel, bounds: GripBounds
 ) -> tuple[Ranking, Draws]:
-    """Ranks the options of a task under draws from the belief in the bench's memory.
+    """Ranks the options for a task, using samples from the belief in the bench's memory.
 
     Raises:
-        AffordanceError: If no option is usable; the message explains why the nearest one is not.
+        AffordanceError: No option is usable. The message explains why the best option is not.
     """
     settings, rng = bench.settings, np.random.default_rng(arguments.seed)
     colours = [material.colour for material in select_known(bench.materials, bench.tools).values()]
@@ -141,12 +146,13 @@ def rank_tools(
 def choose_strikers(
     options: Sequence[Option], task: TaskCostModel, tools: Sequence[Tool], path: Path
 ) -> tuple[list[Option], tuple[str, ...]]:
-    """Selects options with a striking face if the task is a blow.
-
-    Also returns remarks on soft faces and tools without a face.
+    """Selects the options that have a striking face, if the task is a blow.
 
     Raises:
-        BadValueError: If the task is a blow and no tool has a striking face.
+        BadValueError: The task is a blow, and no tool has a striking face.
+
+    Returns:
+        The options, and remarks on soft faces and on tools without a face.
     """
     if not isinstance(task, Hammer):
         return list(options), ()
@@ -165,7 +171,11 @@ def choose_strikers(
 
 
 def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
-    """Loads tasks of the robot by name, and from files. No task, or a repeated name, raises a BadValueError."""
+    """Loads tasks of the robot by name, and tasks from files.
+
+    Raises:
+        BadValueError: There is no task, or two tasks have the same name.
+    """
     if not (names or files):
         raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or a file with --task")
     tasks = {name: robot.load_task(name) for name in names}
@@ -178,12 +188,12 @@ def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dic
 
 
 def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCostModel]) -> Criterion:
-    """Returns the named criterion, or the default.
+    """Returns the named criterion, or by default work for the paper's arm and the wrench at the grip for others.
 
-    The default is work for the paper's arm, and the wrench at the grip for others.
+    If a task is to hold still, which takes no work, the default is the wrench at the grip.
 
-    If a task is to hold still, which takes no work, the default is the wrench at the grip, and naming work raises a
-    BadValueError.
+    Raises:
+        BadValueError: Work is named, but a task is to hold still.
     """
     holds_still = is_any_still(tasks)
     criterion = Criterion(named or (Criterion.WORK if robot.is_default and not holds_still else Criterion.GRIP))
@@ -194,7 +204,7 @@ def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCos
 
 
 def tell_sources(arguments: argparse.Namespace, robot: Robot, named: NamedBelief) -> dict[str, Any]:
-    """Lists the sources of the belief about materials in an answer's content."""
+    """Lists the sources of the belief about materials, for the content of an answer."""
     return {
         "memory": Path(arguments.memory).name if arguments.memory else None,
         "trials_of_other_arms": count_of(robot, arguments.memory),
@@ -203,5 +213,5 @@ def tell_sources(arguments: argparse.Namespace, robot: Robot, named: NamedBelief
 
 
 def break_lines(lines: Sequence[str], width: int) -> str:
-    """Joins the lines of an answer, wrapped at a width. Empty lines are left out."""
+    """Joins the lines of an answer, wrapped to a width. Empty lines are omitted."""
     return "\n".join(part for line in lines if line for part in break_line(line, width))

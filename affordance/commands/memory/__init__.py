@@ -1,1 +1,1 @@
-"""Commands for memories; each module has ``run``, and ``arguments`` declares their arguments."""
+"""Commands for memories. Each module has ``run``, and ``arguments`` declares their arguments."""

@@ -15,7 +15,7 @@ def declare_memory(parser: argparse.ArgumentParser) -> None:
     add("memory", metavar="MEMORY", help="SQLite file of the memory")
     what = "memories to merge, file to export to, files to import, tools files or objects' URDFs with weighings, "
     what += "or colours to join: "
-    what += "'#b5a642=#c0b050' reads the second, as another camera sees it, as the first; none separates all again"
+    what += "'#b5a642=#c0b050' treats the second, from another camera, as the first; no colours separate all again"
     add("files", nargs="*", metavar="FILE", help=what)
     add("--robot", default="", metavar="NAME", help="select trials of this robot")
     add("--object", default="", metavar="NAME", help="select trials with objects of this name")

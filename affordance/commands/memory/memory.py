@@ -36,25 +36,25 @@ if TYPE_CHECKING:
 
 # Exit status if verify finds faults.
 FAULTY = 3
-# Columns of the table of materials to drop first if it is too wide: things and since.
+# Columns (things and since) that are dropped first if the table of materials is too wide.
 _LESS_IMPORTANT = (4, 5)
-# Name that takes the place of a robot's.
+# Name of the robot in trials that are weighings.
 SCALE = "a scale"
-# Height of a row, and of everything else, [inch].
+# Heights of a row, and of the rest of the figure, [inch].
 _ROW, _REST = 0.3, 1.2
-# Largest number of materials and of objects drawn; those met first are drawn.
+# Largest number of materials, and of objects, in the figure; the earliest are drawn.
 _MOST_DRAWN = 100
 # Ticks of the density axis, and its lower limit, [kg/m^3].
 _TICKS, _LIGHTEST = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000), 10.0
-# Half of the standard normal's 90 % interval.
+# Half the width of the standard normal distribution's 90 % interval.
 _HALF90 = 1.645
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Performs the action and returns the exit status. The status is FAULTY if ``verify`` finds faults, else 0."""
+    """Performs the action and returns the exit status: FAULTY if ``verify`` finds faults, else 0."""
     prior = options.read_prior(arguments, "a memory")
     _check_arguments(arguments)
-    trials: list[TrialEvidence] = []  # read first, so that nothing is written if a file is invalid
+    trials: list[TrialEvidence] = []  # all files are read first, so that nothing is written if one is invalid
     if arguments.action == "import":
         trials = [trial for file in arguments.files for trial in import_trials(Path(file))]
     elif arguments.action == "weigh":
@@ -95,10 +95,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]:
-    """Names the materials of a memory by known materials of the same colour.
-
-    Other materials are named by the colour itself.
-    """
+    """Names the materials in a memory: after a known material of the same colour, or by the colour itself."""
     known = {name: each.colour for name, each in load_materials(path or MATERIALS).items()}
     names = {}
     for each in summary.materials:
@@ -110,7 +107,11 @@ def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]
 
 
 def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidence]:
-    """Reads the weighings of tools files. A file without any raises a BadValueError."""
+    """Reads the weighings in tools files.
+
+    Raises:
+        BadValueError: A file contains no weighing.
+    """
     trials = []
     for path in paths:
         tools, _ = options.read_tools(path, load_materials(materials))
@@ -122,10 +123,10 @@ def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidenc
 
 
 def list_weighed_trials(tools: Iterable[Tool], path: Path) -> Iterator[TrialEvidence]:
-    """Lists one trial for each weighing of tools in a file.
+    """Lists one trial for each weighing of the tools in a file.
 
-    Weighed parts of a tool count as a separate object. A weighing measures only the first of the ten parameters, the
-    mass. A memory counts it once, however often it is added.
+    Weighed parts of a tool are a separate object. A weighing measures only the mass, the first of the ten parameters.
+    A memory counts the same weighing only once.
     """
     for tool in tools:
         features = measure_drawing(tool)
@@ -149,11 +150,8 @@ def list_weighed_trials(tools: Iterable[Tool], path: Path) -> Iterator[TrialEvid
 
 
 def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> "Figure":
-    """Plots densities of materials and masses of objects with 90 % intervals.
-
-    The numbers of trials are shown, too.
-    """
-    # Imported here, so that answers without a figure come sooner.
+    """Plots densities of materials and masses of objects, with 90 % intervals and numbers of trials."""
+    # Imported here, so that answers without a figure are faster.
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter, ScalarFormatter
 
@@ -199,7 +197,11 @@ def _label(name: str, experience: ExperienceSummary) -> str:
 
 
 def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
-    """Removes the selected trials and returns their number. An unknown robot or object raises a BadValueError."""
+    """Removes the selected trials, and returns their number.
+
+    Raises:
+        BadValueError: No trials are selected, or a robot or object is unknown.
+    """
     selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
     if not any(selection):
         raise BadValueError(
@@ -214,7 +216,7 @@ def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
 
 
 def _check_arguments(arguments: argparse.Namespace) -> None:
-    """Checks that the action has its files, and no option that it would ignore."""
+    """Checks that the action has the files that it needs, and no option that it would ignore."""
     needed = {"merge": "at least one memory", "export": "one file", "import": "at least one file"}
     needed["weigh"] = "at least one file of tools"
     files = len(arguments.files)
@@ -249,7 +251,7 @@ def _unfold(each: object) -> dict[str, object]:
 
 
 def _read_pair(word: str) -> tuple[Colour, Colour]:
-    """Reads a pair of colours that are the same."""
+    """Reads a pair of colours that must be treated as the same colour."""
     one, _, other = word.partition("=")
     if not (is_colour(one) and is_colour(other)):
         raise BadValueError("join", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")

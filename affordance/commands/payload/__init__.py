@@ -1,1 +1,1 @@
-"""Commands for payloads; each module has ``run``, and ``arguments`` declares their arguments."""
+"""Commands for payloads. Each module has ``run``, and ``arguments`` declares their arguments."""

@@ -22,7 +22,7 @@ def declare_excite(parser: argparse.ArgumentParser) -> None:
     add("--tip-speed", type=float, default=1.0, metavar="V", help="speed limit of the tip, m/s (default 1)")
     what = "largest distance of each joint from home (default 3.14)"
     add("--reach", type=float, default=3.14, metavar="RAD", help=what)
-    what = "lowest height of the tip above the base's origin, on the ways from home and back, too (default 0)"
+    what = "lowest height of the tip above the base's origin, also on the ways from and to home (default 0)"
     add("--above", type=float, default=0.0, metavar="M", help=what)
     add_answer(parser, "motion.csv, trajectory.yaml, excite.json and .txt")
     add_robot(parser)
@@ -36,9 +36,9 @@ def declare_identify(parser: argparse.ArgumentParser) -> None:
     add("robot", nargs="?", type=Path, help=what)
     robot = find_group(parser, ROBOT).add_argument
     robot("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the robot, given as an option")
-    what = "link that carries the payload, or the wrist sensor (default: that of the run's description or the folder)"
+    what = "link that carries the payload, or wrist sensor (default: from the run's description or the model folder)"
     robot("--tip", help=what)
-    what = "frame of the controller's flange, for --claimed and lines to paste (default: the tip in the robot's file)"
+    what = "frame of the controller's flange, for --claimed and payload settings (default: tip in the robot's file)"
     robot("--flange", metavar="NAME", help=what)
     add("--loaded", type=Path, metavar="RUN", help="recording with the load (required, unless --demo)")
     add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
@@ -60,18 +60,18 @@ def declare_identify(parser: argparse.ArgumentParser) -> None:
     what = "mass of the load on a scale, used to calibrate the gains of motor currents"
     add("--reference-mass", type=float, metavar="KG", help=what)
     add("--gains", type=Path, help="known gains (gains.yaml, written by a run with --reference-mass)")
-    what = "YAML files, each with a payload that is set on the controller, to compare"
+    what = "YAML files with payload settings of the controller, to compare with the result"
     add("--claimed", type=Path, nargs="+", default=[], metavar="FILE", help=what)
-    add("--anyway", action="store_true", help="write, learn and print lines even if the result is not to be trusted")
+    add("--anyway", action="store_true", help="write, learn and print settings even if the result is not trusted")
     what = "leave out samples of a joint while it is slower than this, rad/s (default 0.03)"
     add("--min-speed", type=float, help=what)
-    what = "cut-off of the low-pass filter, Hz, such as that of live (default: four times the motion's bandwidth)"
+    what = "cut-off of the low-pass filter, Hz, for example live's value (default: four times the motion's bandwidth)"
     add("--cutoff", type=float, metavar="HZ", help=what)
     add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
     add(
         "--demo",
         action="store_true",
-        help="identify the payload of a simulated recording that comes with the program",
+        help="identify the payload in a simulated recording that comes with the program",
     )
     add_answer(parser, "belief.json, samples.npz, gains.yaml and figures")
     _add_write(parser)
@@ -86,9 +86,9 @@ def declare_weigh(parser: argparse.ArgumentParser) -> None:
     add("poses", type=Path, metavar="POSES", help=f"{what}, and an orientation")
     forms = "quaternion, matrix, rpy, rotation_vector, gravity or accelerometer"
     add("--orientation", default="", metavar="FORM", help=f"form to use if the table has several: {forms}")
-    what = "axes of the wrench (default: found by evidence)"
+    what = "axes of the wrench (default: the axes with more evidence)"
     add("--axes", choices=("sensor", "base"), default="", help=what)
-    what = "on which of the two the wrench acts (default: found by evidence)"
+    what = "body on which the measured wrench acts (default: the body with more evidence)"
     add("--force-on", choices=("robot", "object"), default="", help=what)
     what = "direction in which gravity pulls, in the base's axes (default 0 0 -1)"
     add("--gravity", type=float, nargs=3, default=[0.0, 0.0, -1.0], metavar=("X", "Y", "Z"), help=what)
@@ -143,17 +143,15 @@ def declare_live(parser: argparse.ArgumentParser) -> None:
         "robot", nargs="?", type=Path, help="model folder of import-arm, or a robot's file (default: the paper's arm)"
     )
     robot = find_group(parser, ROBOT).add_argument
-    robot("--tip", help="link that carries the payload (default: that of the first empty run or the folder)")
-    what = (
-        "frame of the controller's flange, for lines to paste and what is set (default: the tip in the robot's file)"
-    )
+    robot("--tip", help="link that carries the payload (default: from the first empty run or the model folder)")
+    what = "frame of the controller's flange, for payload settings (default: the tip in the robot's file)"
     robot("--flange", metavar="NAME", help=what)
-    what = "recordings with an empty hand, best three of 15 s; without them, --record makes some"
+    what = "recordings with an empty hand, preferably three of 15 s; --record makes them"
     add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help=what)
     what = "YAML file that describes these runs (default: for RUN.csv the file RUN.yaml in its folder)"
     add("--description", type=Path, help=what)
     add("--gains", type=Path, help="known gains (gains.yaml, written by identify with --reference-mass)")
-    source = parser.add_argument_group("where samples come from (default: JSON lines, or a table, on standard input)")
+    source = parser.add_argument_group("source of samples (default: JSON lines, or a table, on standard input)")
     source = source.add_mutually_exclusive_group()
     source.add_argument(
         "--ros2",
@@ -165,9 +163,9 @@ def declare_live(parser: argparse.ArgumentParser) -> None:
     what = "recordings of the package; or fr3, a robot in another process, simulated by MuJoCo"
     source.add_argument("--demo", nargs="?", const="bar", choices=("bar", "fr3"), help=what)
     add("--seconds", type=float, metavar="S", help="end after S seconds of the stream")
-    what = "kind of the signal, without empty runs (default joint_torque)"
+    what = "kind of signal if there are no empty runs (default joint_torque)"
     add("--signal", choices=("joint_torque", "motor_torque", "current"), default="joint_torque", help=what)
     output = find_group(parser, OUTPUT).add_argument
-    output("--record", type=Path, metavar="DIR", help="folder for what is seen, as recordings that identify reads")
+    output("--record", type=Path, metavar="DIR", help="folder for the stream, stored as recordings for identify")
     output("--json", action="store_true", help="print each event as a line of JSON")
     parser.set_defaults(object=None, robot_option=None)

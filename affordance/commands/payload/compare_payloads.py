@@ -23,7 +23,7 @@ _VERDICTS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compares the payloads and prints the verdict. The exit status is 0, or 3 if one of them was not trusted."""
+    """Compares the payloads and prints the verdict. The exit status is 0, or 3 if a payload is not trusted."""
     paths = arguments.first, arguments.second
     first, second = map(read_estimate, paths)
     if first.name == second.name:
@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
                 )
         robot = load_robot(arguments.robot, second.frame)
         flange = find_flange(robot, first.frame)
-        assert flange is not None  # as it was named
+        assert flange is not None  # because its name is given
         second = second.express(first.frame, flange.X_FT)
     comparison = compare_estimates(first, second)
     text = "\n".join(_describe(first, second, comparison))

@@ -1,4 +1,4 @@
-"""``affordance excite``: designs a motion from which a payload can be identified well."""
+"""``affordance excite``: designs a motion from which a payload can be identified accurately."""
 
 import argparse
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ from affordance.plant.serial_chain import SerialChain
 from affordance.reporting.formatting import break_line
 from affordance.robot import Robot
 
-# Mass error that does not average out over time, [kg], and factor within which the SD of a mass is near it.
+# Mass error that does not average out over time, [kg], and the ratio up to which an SD counts as close to it.
 _FLOOR, _NEAR_FLOOR = 0.01, 1.2
 # Bounds of options, with their units.
 _BOUNDS = {
@@ -47,7 +47,7 @@ _SECOND = 1_000_000_000  # [ns]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Designs the motion, prints the predicted precision, and writes the motion."""
+    """Designs the motion, prints the predicted precision, and writes the motion to files."""
     _check(arguments)
     robot = options.open_robot(arguments)
     given, num = np.array(arguments.acceleration), len(robot.joint_names)
@@ -103,15 +103,15 @@ def run(arguments: argparse.Namespace) -> int:
 def _limit_acceleration(chain: SerialChain, given: Array) -> Array:
     """Returns the acceleration limits, (n,), [rad/s^2].
 
-    Given limits are capped by the limits of the robot's file. By default the file's limits hold, or the usual limit
-    for joints without one.
+    Given limits are reduced to the limits in the robot's file. By default, the file's limits are used, or the usual
+    limit for joints without one.
     """
     usual = np.where(np.isfinite(chain.acceleration_limits), chain.acceleration_limits, USUAL_ACCELERATION)
     return np.minimum(given, chain.acceleration_limits) if len(given) else usual
 
 
 def format_csv(motion: PreparedRun) -> str:
-    """Formats a motion as CSV with the columns of a recording."""
+    """Formats a motion as CSV, with the columns of a recording."""
     n = motion.q.shape[1]
     head = ["time", *(f"{name}_{j + 1}" for name in ("q", "v", "vdot") for j in range(n))]
     rows = np.column_stack([motion.times, *motion.motion])
@@ -145,10 +145,10 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
-    """Builds the expected precision from the gains, the torque errors and the assumed load.
+    """Builds the model that predicts the precision, from gains, torque errors and the assumed load.
 
     Raises:
-        BadValueError: If a joint has no effort limit and no gains file gives its error.
+        BadValueError: A joint has no effort limit, and no gains file contains its error.
     """
     chain = robot.chain
     gains, density = find_errors(chain.joint_names, robot.limits.tau_max, SignalKind.JOINT_TORQUE, arguments.gains)
@@ -170,7 +170,7 @@ def _describe(
     way: PreparedRun,
     acceleration: Array,
 ) -> Iterator[str]:
-    """Describes the motion and its predicted precision, line by line."""
+    """Describes the motion and its predicted precision, one line at a time."""
     of = {Aim.MASS: "the mass", Aim.COM: "the centre of mass", Aim.INERTIA: "the moments of inertia"}
     form = "Fourier motion" if arguments.postures is None else f"Visit of {arguments.postures} postures"
     yield f"{form}, {arguments.seconds:g} s, to identify {of[aim]} with {robot.name}"

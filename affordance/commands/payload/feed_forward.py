@@ -1,4 +1,4 @@
-"""``affordance feed-forward``: computes gravity torques of a robot with a payload, joint by joint."""
+"""``affordance feed-forward``: computes the gravity torque at each joint of a robot with a payload."""
 
 import argparse
 
@@ -18,7 +18,7 @@ _GRAVITY = 9.81  # [m/s^2]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the torques that hold a posture with their errors. Returns the exit status."""
+    """Prints the torques that hold a posture, with their errors. Returns the exit status."""
     check_number("--link-error", arguments.link_error, 0.0, 1.0)
     payload = None if arguments.payload is None else read_estimate(arguments.payload)
     frame = payload.frame if payload is not None else ""
@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     variance = (arguments.link_error * each_link) ** 2
     of_payload, payload_variance = np.zeros(n), np.zeros(n)
     if payload is not None:
-        k = min(len(payload.mean), 4)  # moments of inertia have no weight
+        k = min(len(payload.mean), 4)  # at rest, moments of inertia cause no torque
         Y = robot.compute_payload_regressors(q, rest, rest)[0][:, :k]
         of_payload = Y @ payload.mean[:k]
         payload_variance = np.einsum("jp,pq,jq->j", Y, payload.covariance[:k, :k], Y)

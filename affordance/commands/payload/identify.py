@@ -40,7 +40,7 @@ from affordance.plant.serial_chain import SerialChain
 def run(arguments: argparse.Namespace) -> int:
     """Identifies the payload, prints and writes the result. Returns the exit status.
 
-    The status is 0, or 3 if the result cannot be trusted or the mass cannot be seen in the recording.
+    The status is 0, or 3 if the result cannot be trusted or the recording does not show the mass.
     """
     if arguments.demo:
         return _run_demo(arguments)
@@ -124,7 +124,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:
-    """Identifies the package's recording."""
+    """Identifies the payload in the package's recording."""
     fill_in_recording(arguments, flange=HAND_FRAME)
     status = run(arguments)
     if not arguments.json:
@@ -133,10 +133,7 @@ def _run_demo(arguments: argparse.Namespace) -> int:
 
 
 def write_belief(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
-    """Writes figures, samples and calibrated gains.
-
-    Gains are written only if the result is used and a load was weighed.
-    """
+    """Writes figures, samples, and calibrated gains if the result is used and a load was weighed."""
     # Imported here: these imports take most of a second, and runs without --out do not need them.
     from affordance.extensions.payload.payload_figures import draw_fit, draw_posteriors
     from affordance.reporting.figures import save_figure
@@ -150,7 +147,7 @@ def write_belief(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
 
 
 def _recall(place: str | None, prior: Prior) -> MaterialMemory:
-    """Loads the belief of a memory. It is empty if the memory does not exist yet."""
+    """Loads the belief in a memory; empty if the memory does not exist yet."""
     if place is None or not has_memory(place):
         return MaterialMemory()
     with open_memory(place) as ledger:
@@ -167,7 +164,7 @@ def _teach(
     settings: IdentificationSettings,
     prior: Prior,
 ) -> tuple[PayloadBelief, str]:
-    """Adds the run to the memory. Returns the belief with that memory, and a sentence about the lesson."""
+    """Adds the run to the memory. Returns the belief with this memory, and a sentence about the update."""
     place = arguments.memory
     if belief.seen is None or not (belief.teaches or arguments.anyway):
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
@@ -180,10 +177,7 @@ def _teach(
 
 
 def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
-    """Describes how many trials of the memory are from another version of the arm.
-
-    The text is empty if there are none.
-    """
+    """Describes how many trials in the memory are from another version of the arm; empty if there are none."""
     if not arguments.memory:
         return ""
     name = name_robot(Path(robot.source), robot.tip)
@@ -208,12 +202,12 @@ def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
 
 
 def load_robot_of(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
-    """Loads the robot of a command's arguments up to its tip.
+    """Loads the robot that the arguments name, up to its tip.
 
-    The tip is given by the arguments, a run's description or the folder.
+    The tip is named by the arguments, a run's description or the model folder.
 
     Raises:
-        BadValueError: It is given twice, cannot be read, or its tip is not named.
+        BadValueError: The robot is given twice or cannot be read, or its tip is not named.
     """
     given = [each for each in (arguments.robot, arguments.robot_option) if each is not None]
     if len(given) > 1:
@@ -241,7 +235,7 @@ def load_robot_of(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
 
 
 def find_flange_of(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:
-    """Finds the frame in which the controller expects a payload. If there is none, returns the reason."""
+    """Finds the controller's frame for payloads. If there is none, returns the reason."""
     if loaded.description.kind is SignalKind.WRENCH and not arguments.flange:
         return f"a controller accepts no payload in the sensor frame {robot.tip} (name the flange: --flange NAME)"
     flange = find_flange(robot, arguments.flange or "", loaded.description.base or None)
@@ -254,7 +248,7 @@ def find_flange_of(arguments: argparse.Namespace, robot: SerialChain, loaded: Ru
 
 
 def _find_materials(robot: SerialChain) -> Path:
-    """Finds the materials file of the robot's model folder, or else the package's."""
+    """Finds the materials file of the robot's model folder, or of the package if that does not exist."""
     own = Path(robot.source).parent / MATERIALS.name
     return own if Path(robot.source).name == ARM_FILE.name and own.is_file() else MODELS / MATERIALS.name
 

@@ -1,6 +1,6 @@
 """``affordance live``: identifies what a running robot holds now.
 
-The command reads joint states and commands nothing.
+It reads joint states, and sends no commands to the robot.
 """
 
 import argparse
@@ -40,9 +40,9 @@ from affordance.files.atomic import to_plain
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
 
-_GAP = 0.25  # step between samples at which a recording is cut, [s]
-_SILENT = 5.0  # time without a sample after which this is said, once, [s]
-_MOST_WAITING = 100_000  # samples that wait to be used, before the sender has to
+_GAP = 0.25  # time between samples above which a new recording begins, [s]
+_SILENT = 5.0  # time without a sample after which a single remark is printed, [s]
+_MOST_WAITING = 100_000  # largest number of queued samples; then the sender must wait
 _MOST_DOMAIN = 232
 _EMPTY_SCRIPT, _SCRIPT = "move 15", "move 5, pick 1.2, move 12, put, move 4"
 
@@ -52,14 +52,14 @@ class _Program(NamedTuple):
 
     robot: SerialChain
     flange: Flange | str
-    live: LiveIdentifier | None  # None to record only
+    live: LiveIdentifier | None  # None if the stream is only recorded
     recorder: Recorder | None
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Follows a stream, prints an event per line, and returns the exit status.
+    """Follows a stream, prints one line per event, and returns the exit status.
 
-    The status is 0 if the last final answer is trusted, or if the stream was only recorded; else 3.
+    The status is 0 if the last final answer is trusted or the stream is only recorded, else 3.
     """
     if arguments.seconds is not None:
         check_number("--seconds", arguments.seconds, 0.1, 1e7, "s")
@@ -78,13 +78,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _prepare(arguments: argparse.Namespace) -> _Program:
-    """Reads the robot and the empty runs, and fits the arm."""
+    """Loads the robot and the empty runs, and fits the arm to them."""
     empty = [read_run(path, arguments.description) for path in arguments.empty]
     if not empty and arguments.record is None:
         problem = "is missing, must be recordings with an empty hand; --record DIR makes them"
         raise BadValueError("--empty", "", problem)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
-    # The robot is found by what the first run's description says of it.
+    # The first run's description names the robot's tip and base.
     first = empty[0] if empty else _pretend(arguments)
     robot, kind = load_robot_of(arguments, first), first.description.kind
     flange = find_flange_of(arguments, robot, first)
@@ -97,7 +97,7 @@ def _prepare(arguments: argparse.Namespace) -> _Program:
 
 
 def _pretend(arguments: argparse.Namespace) -> Run:
-    """Builds a run from the arguments alone, to find a robot without recordings."""
+    """Builds a run from the arguments alone, to load a robot without recordings."""
     times = np.arange(20.0) / 100.0
     zero = np.zeros((20, 1))
     return Run("the stream", RunDescription(("a joint",), SignalKind(arguments.signal)), times, zero, zero)
@@ -131,7 +131,7 @@ def _follow(arguments: argparse.Namespace, program: _Program) -> int:
 
 
 def _read_ahead(arguments: argparse.Namespace, source: Iterator[Sample]) -> Iterator[Sample]:
-    """Reads samples in a separate thread, so that none is lost during computations."""
+    """Reads samples in a separate thread, so that no sample is lost during computations."""
     waiting: queue.Queue[Sample | BaseException | None] = queue.Queue(_MOST_WAITING)
 
     def read() -> None:
@@ -139,7 +139,7 @@ def _read_ahead(arguments: argparse.Namespace, source: Iterator[Sample]) -> Iter
             for sample in source:
                 waiting.put(sample)
             waiting.put(None)
-        except BaseException as error:  # it is raised again where the samples are used
+        except BaseException as error:  # raised again in the thread that uses the samples
             waiting.put(error)
 
     threading.Thread(target=read, daemon=True).start()
@@ -148,7 +148,7 @@ def _read_ahead(arguments: argparse.Namespace, source: Iterator[Sample]) -> Iter
         try:
             sample = waiting.get(timeout=patience)
         except queue.Empty:
-            patience = None  # it is said once
+            patience = None  # the remark is printed only once
             place = arguments.ros2 or arguments.rtde or "standard input"
             answers.tell(arguments, f"nothing has come for {_SILENT:g} s: waiting for {place}")
             continue
@@ -209,7 +209,7 @@ def _use(arguments: argparse.Namespace, program: _Program, source: Iterator[Samp
         raise BadValueError("the stream", "", "ended without a sample, or without one whose numbers are finite")
     if live is None:
         return 0
-    left = f", {live.num_skipped} beliefs left out as it came late" if live.num_skipped else ""
+    left = f", {live.num_skipped} beliefs skipped because computing took too long" if live.num_skipped else ""
     answers.tell(
         arguments, f"{live.num_samples} samples, {live.num_late} skipped (double, late or without numbers){left}"
     )
@@ -229,7 +229,7 @@ def _print_event(arguments: argparse.Namespace, program: _Program, event: LiveEv
 
 
 def _follow_foreign(arguments: argparse.Namespace) -> int:
-    """Starts somebody else's robot in separate processes. The robot records empty runs, then it works."""
+    """Runs a simulated robot in separate processes, first to record empty runs and then to move a load."""
     name = arguments.demo
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)

@@ -1,8 +1,6 @@
 """``affordance weigh``: weighs the load of a force-torque sensor from poses at rest.
 
-No robot file is needed.
-
-No imported module imports Drake, so the answer takes less than a second.
+No robot file is needed. Drake is not imported, so the answer takes less than a second.
 """
 
 import argparse
@@ -23,7 +21,7 @@ _UNITS = ("kg", "m", "m", "m", "N", "N", "N", "N m", "N m", "N m")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Weighs, prints and writes the result. The exit status is 0, or 3 if it is not trusted or shows no mass."""
+    """Weighs, prints and writes the load. The exit status is 0, or 3 if it is not trusted or shows no mass."""
     check_target(arguments.write, arguments.draws)
     if not np.isfinite(arguments.gravity).all() or not np.any(arguments.gravity):
         raise BadValueError("--gravity", "", f"is {arguments.gravity}, must be a direction of finite numbers")
@@ -46,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     is_used = weighing.is_trusted and weighing.shows_mass
     if arguments.write is not None and is_used:
         bodies = spread_moments(weighing.parameters, np.random.default_rng(arguments.seed))
-        note = "moments of inertia are not measured: those of a ball"
+        note = "moments of inertia are not measured but computed for a ball"
         content["written"] = write_payload(arguments.write, bodies, arguments.frame, note=note, draws=arguments.draws)
     give_answer(arguments, "weighing", text, content)
     if arguments.write is not None:
@@ -55,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe(weighing: Weighing) -> Iterator[str]:
-    """Describes a weighing line by line. The first line is the answer."""
+    """Describes a weighing, one line at a time. The first line is the answer."""
     poses, sd, ends = weighing.poses, weighing.sd, weighing.intervals
     means = [weighing.mass, *weighing.centre_of_mass, *weighing.samples[:, 4:].mean(axis=0)]
     trust = "NOT TO BE TRUSTED" if weighing.doubts else "trusted" if weighing.shows_mass else "NOT SEEN"

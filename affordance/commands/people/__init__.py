@@ -1,1 +1,1 @@
-"""Commands for people; each module has ``run``, and ``arguments`` declares their arguments."""
+"""Commands for experiments with people. Each module has ``run``, and ``arguments`` declares their arguments."""

@@ -1,4 +1,4 @@
-"""Arguments of the commands for people, and options that these share."""
+"""Arguments of the commands for people, and options that these commands share."""
 
 import argparse
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from affordance.commands.arguments import (
 from affordance.commands.catalogue import COMPARED, LEARNER_NAMES, PREDICTED
 from affordance.extensions.people.columns import LIFT_COLUMNS, TRIAL_COLUMNS
 
-# Default of ``predict --repeats``: an experiment's own number of observers per learner, but at most this.
+# Largest default of ``predict --repeats``, which otherwise is an experiment's own number of observers per learner.
 MOST_OBSERVERS = 50
 
 
@@ -36,7 +36,7 @@ def add_table_options(parser: argparse.ArgumentParser) -> None:
     add("--objects", type=Path, metavar="FILE", help="tools file with the objects named in the table of trials")
     _add_columns(parser, TRIAL_COLUMNS)
     add("--materials", type=Path, metavar="FILE", help="materials of the objects (default: the robot's)")
-    add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the objects file)")
+    add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: folder of the objects file)")
 
 
 def add_contrast(parser: argparse.ArgumentParser) -> None:
@@ -91,10 +91,10 @@ def declare_predict(parser: argparse.ArgumentParser) -> None:
     _add_details(parser, "also print all measures and pairs of learners")
     what = (
         "for a table: between-person standard deviation of force, or of persons' values of each contrast, N "
-        "(default: that of people in the table)"
+        "(default: its estimate from people in the table)"
     )
     add("--people-sd", type=float, metavar="N", help=what)
-    what = "power of the test for which people are counted (default 0.9)"
+    what = "power of the test, for which the number of people is computed (default 0.9)"
     add("--power", type=float, default=0.9, metavar="P", help=what)
 
 
@@ -119,7 +119,7 @@ def declare_fit(parser: argparse.ArgumentParser) -> None:
     what = "parameters to fit, such as kappa,own_drift (default: push_error and the learner's fitted ones)"
     add("--free", metavar="NAMES", help=what)
     add("--chains", type=int, default=1, metavar="C", help="independent samplers, for r_hat of ArviZ (default 1)")
-    add("--pooled", action="store_true", help="one value for all participants (default: one for each)")
+    add("--pooled", action="store_true", help="fit one value to all participants (default: one value for each)")
     add("--group", default="", metavar="COLUMN", help="column with each participant's group: compare the groups")
     add("--check", action="store_true", help="compare each participant's pushes with simulated ones")
     add("--json", action="store_true", help="print the result as JSON")
@@ -132,7 +132,7 @@ def declare_compare_learners(parser: argparse.ArgumentParser) -> None:
     add_fit_options(parser)
     what = f"{_LEARNERS_HELP}; may be repeated (default: all built-in learners except kinds_map)"
     add("--learner", action="append", default=[], metavar="LEARNER", help=what)
-    add("--check", action="store_true", help="check if each participant's best learner pushes as the participant")
+    add("--check", action="store_true", help="check if each participant's best learner reproduces the pushes")
     add("--json", action="store_true", help="print the result as JSON")
     add_out(parser)
 
@@ -164,7 +164,7 @@ def declare_freeze(parser: argparse.ArgumentParser) -> None:
     add_table_options(parser)
     add_contrast(parser)
     add("--claim", action="append", default=[], metavar="TEXT", help="claim in words; may be repeated")
-    what = "check that table and objects are as frozen (objects: by default the frozen file, next to the table)"
+    what = "check that table and objects match the plan (objects: by default the frozen file next to the table)"
     add("--check", action="store_true", help=what)
     add_learner(parser)
     add_set(parser)

@@ -1,4 +1,4 @@
-"""``affordance compare-learners``: compares how well learners predict each person's lifts."""
+"""``affordance compare-learners``: compares how well learners predict each participant's lifts."""
 
 import argparse
 import json
@@ -15,7 +15,7 @@ from affordance.reporting.figures import save_figure
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints each learner's log scores and BIC by participant, and how frequent learners are."""
+    """Prints log scores and BIC of each learner by participant, and the expected frequency of each learner."""
     settings, lifts = read_setting(arguments)
     learners = tuple(dict.fromkeys(map(read_learner, arguments.learner)))
     learners = learners or (LEARNERS["density"], KINDS_DRAWN, *RIVALS.values())

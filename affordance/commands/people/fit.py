@@ -1,7 +1,4 @@
-"""``affordance fit``: fits a learner's parameters to people's lifts.
-
-People are fitted alone, in groups or pooled.
-"""
+"""``affordance fit``: fits a learner's parameters to people's lifts, individually, by group or pooled."""
 
 import argparse
 import json
@@ -33,10 +30,7 @@ from affordance.reporting.figures import save_figure
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints means and 90 % intervals of free parameters, log scores and particle noise.
-
-    The log scores are one step ahead.
-    """
+    """Prints means and 90 % intervals of free parameters, one-step-ahead log scores, and particle noise."""
     for option in ("group", "check"):
         if arguments.pooled and getattr(arguments, option):
             raise BadValueError(f"--{option}", "", "cannot be used with --pooled: it needs a fit of each participant")

@@ -12,7 +12,7 @@ from affordance.named_settings import change_settings
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the plan next to the table, or compares its files with it (``--check``)."""
+    """Writes the plan next to the table. With ``--check``, compares the table and its objects with the plan."""
     check_bounds(arguments)
     path = arguments.table.with_suffix(".plan.json")
     if arguments.check:

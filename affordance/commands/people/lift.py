@@ -1,4 +1,4 @@
-"""``affordance lift``: simulates the trials of a table, and writes it with the observers' results."""
+"""``affordance lift``: simulates the trials in a table, and writes a table with the observers' results."""
 
 import argparse
 from dataclasses import replace

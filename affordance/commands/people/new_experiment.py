@@ -10,7 +10,7 @@ from affordance.files.atomic import write_text
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the file, unless it exists, and prints how to run it."""
+    """Writes the file, which must not exist yet, and prints how to run it."""
     name = arguments.name.removesuffix(".py")
     path = arguments.out / f"{name}.py"
     if not name.isidentifier():

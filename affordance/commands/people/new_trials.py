@@ -1,4 +1,4 @@
-"""``affordance new-trials FILE``: writes a table of trials, also for PsychoPy, jsPsych or BIDS."""
+"""``affordance new-trials FILE``: writes a table of trials, optionally also for PsychoPy, jsPsych or BIDS."""
 
 import argparse
 
@@ -13,12 +13,12 @@ from affordance.extensions.people.experiments.trials import check_trials
 from affordance.files.atomic import write_text
 from affordance.files.constraints import Whole
 
-# Default number of participants, and bounds.
+# Default number of participants, and its bounds.
 _PARTICIPANTS, _BOUND = 8, Whole(1, 10_000)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the table unless it exists, and a folder for each format. Prints if orders are balanced."""
+    """Writes the table unless it exists, and a folder for each format. Reports if orders are balanced."""
     check_bounds(arguments)
     path, robot, lines = arguments.file, open_robot(arguments), []
     check_own_name(path)

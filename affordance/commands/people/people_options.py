@@ -1,4 +1,4 @@
-"""Options of the commands on lifts: trial table, objects and fitted parameters."""
+"""Options of the commands for people's lifts: trial table, objects and fitted parameters."""
 
 import argparse
 import itertools
@@ -26,7 +26,7 @@ from affordance.settings import Settings
 
 
 def read_columns(arguments: argparse.Namespace) -> dict[str, str]:
-    """Reads the names of columns in the user's table, by this program's names."""
+    """Reads the names of columns in the user's table. The keys are this program's names."""
     return dict(map(_split, arguments.columns))
 
 
@@ -44,7 +44,11 @@ SUFFIXES = (".csv", ".tsv", ".txt")
 def open_table(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[TrialTable, dict[str, TaskCostModel]]:
-    """Reads a table with its objects and tasks. An error in any of them raises a BadValueError."""
+    """Reads a trial table with its objects and tasks.
+
+    Raises:
+        BadValueError: The table, its objects or its tasks are invalid.
+    """
     tools, materials = open_objects(arguments, path, robot)
     table = read_trials(path, tools, materials, columns=read_columns(arguments), tasks=robot.tasks)
     return table, {each: robot.load_task(each) for each in dict.fromkeys(table.rows["task"]) if each}
@@ -53,7 +57,7 @@ def open_table(
 def open_objects(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[Sequence[Tool], Mapping[str, Material]]:
-    """Reads the objects of the table at ``path``, and their possible materials."""
+    """Reads the objects of the table at ``path``, and the materials that they can have."""
     if arguments.objects is None:
         raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
@@ -65,14 +69,15 @@ def read_contrasts(arguments: argparse.Namespace, table: TrialTable) -> tuple[Pl
     return tuple(parse_contrast(each, table.rows) for each in dict.fromkeys(arguments.contrast))
 
 
-# Folder, inside ``--out``, of people who were fitted.
+# Folder inside ``--out`` with the fits of single people.
 KEPT = "fitted_people"
-# Draws of the free parameters by default: of single people, and for groups, whose intervals too few draws narrow.
+# Default number of draws of the free parameters, for single people and for groups. With too few draws, the intervals
+# of groups are too narrow.
 DRAWS = (64, 256)
 
 
 def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
-    """Reads settings and lifts."""
+    """Reads settings and lifts from the options."""
     check_bounds(arguments)
     check_folder(arguments.out)
     refuse_changes(arguments, ["learner"], "--learner selects the learner, and --free its fitted parameters")
@@ -103,7 +108,7 @@ def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
 
 
 def prepare_new_folder(path: Path) -> Path:
-    """Creates a new folder: the one named, or with _2, _3 and so on after its name."""
+    """Creates a folder with the given name. If it exists, _2, _3 and so on is added to the name."""
     others = (path.with_name(f"{path.name}_{number}") for number in itertools.count(2))
     return prepare_folder(next(each for each in itertools.chain([path], others) if not each.exists()))
 
@@ -111,7 +116,7 @@ def prepare_new_folder(path: Path) -> Path:
 def ask(
     arguments: argparse.Namespace, settings: Settings, lifts: Lifts, learner: Learner, free: Sequence[str] | None
 ) -> Question:
-    """Builds the fitting problem of a learner from the options."""
+    """Builds the fitting problem of one learner from the options."""
     return Question(
         lifts,
         learner,

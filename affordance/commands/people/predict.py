@@ -38,7 +38,7 @@ from affordance.settings import DEFAULT_SETTINGS
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints means with intervals, the spread of observers, and the best measurement."""
+    """Prints means with intervals, the spread between observers, and the best measurement."""
     check_number("--power", arguments.power, 0.5, 0.999)
     if arguments.people_sd is not None:
         check_number("--people-sd", arguments.people_sd, 1e-6, 1e3, "N")
@@ -77,9 +77,10 @@ def _predict(
     is_own: bool = False,
     planned: TableExperiment | None = None,
 ) -> int:
-    """Predicts an experiment. A user's experiment is first tried with one observer.
+    """Predicts an experiment. A user's own experiment is first tested with one observer.
 
-    ``planned`` is the experiment if it is a table with planned contrasts, which are then the answer.
+    ``planned`` is the experiment if it is a table with planned contrasts. The answer then consists of these
+    contrasts.
     """
     if (measure := experiment.predict) is None:
         problem = f"is {arguments.experiment!r}, which uses one learner for all observers; use run once per --learner"
@@ -111,10 +112,7 @@ def _predict(
 def _predict_contrasts(
     experiment: TableExperiment, setup: Setup, power: float
 ) -> tuple[list[str], list[dict[str, Any]]]:
-    """Computes planned contrasts and the required numbers of people.
-
-    Returns lines of text, and content for a file.
-    """
+    """Computes planned contrasts and the required numbers of people, as lines of text and as content for a file."""
     contrasts = experiment.contrasts
     effects = compute_effects(contrasts, experiment.collect(setup))
     sizes = [

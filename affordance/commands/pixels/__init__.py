@@ -1,1 +1,1 @@
-"""Commands for pictures; each module has ``run``, and ``arguments`` declares their arguments."""
+"""Commands for pictures. Each module has ``run``, and ``arguments`` declares their arguments."""

@@ -1,7 +1,4 @@
-"""``affordance see``: measures an object in your colour and depth picture.
-
-The object is written as a tools file.
-"""
+"""``affordance see``: measures an object in your colour and depth picture, and writes it as a tools file."""
 
 import argparse
 from collections.abc import Iterator
@@ -27,14 +24,14 @@ from affordance.objects.materials import Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import break_line
 
-# Exit status if the object is doubted and no outline was given: seen.png is written, but no tools file.
+# Exit status if the result is doubtful and no outline was given. Then seen.png is written, but no tools file.
 _DOUBTED = 3
 _HALF90 = 1.645
 _NAMES_OF_PARTS = 2
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measures an object, prints and writes it. The exit status is 0, or 3 if an outline is needed."""
+    """Measures an object, prints and writes it. The exit status is 0, or 3 if an outline is required."""
     if arguments.demo is not None:
         return _write_demo(arguments)
     for name in ("colour", "depth", "camera"):
@@ -101,11 +98,11 @@ def _write_demo(arguments: argparse.Namespace) -> int:
 
 
 def _choose_materials(arguments: argparse.Namespace, materials: dict[str, Material]) -> tuple[str, ...]:
-    """Returns the material names of the parts, one for all or two."""
+    """Returns the names of the parts' materials: one for all parts, or two."""
     if arguments.material is None:
         return (MATERIALS_BY_KIND[arguments.holds] if arguments.holds else UNKNOWN,)
     if arguments.holds is not None:
-        raise BadValueError("--holds", "", "is given together with --material, which is for solid things")
+        raise BadValueError("--holds", "", "is given together with --material, which is for solid objects")
     names = tuple(name.strip() for name in arguments.material.split(","))
     for name in names:
         if name not in materials:
@@ -144,8 +141,8 @@ def _build_content(
 
 
 def _expect_mass(tool: Tool) -> dict[str, float]:
-    """Computes the mass expected by ``affordance guess``: mean and 90 % interval."""
-    # Imported here, because pictures are measured without advice and without Drake.
+    """Computes the mean and the 90 % interval of the mass, as ``affordance guess`` does."""
+    # Imported here, because measuring a picture needs neither advice nor Drake.
     from affordance.belief.material_memory import MaterialMemory
     from affordance.extensions.advice.expected_inertia import expect
     from affordance.extensions.advice.known_materials import know_by_name
@@ -157,7 +154,7 @@ def _expect_mass(tool: Tool) -> dict[str, float]:
 
 
 def _describe(content: dict[str, Any]) -> Iterator[str]:
-    """Describes the answer line by line. The first line is the main result."""
+    """Describes the answer, one line at a time. The first line is the main result."""
     volume, litres = content["volume"], 1e3
     form = "one solid" if len(content["parts"]) == 1 else "two solids along its longest axis"
     sizes = " and ".join(

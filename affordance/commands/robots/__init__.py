@@ -1,1 +1,1 @@
-"""Commands for robots; each module has ``run``, and ``arguments`` declares their arguments."""
+"""Commands for robots. Each module has ``run``, and ``arguments`` declares their arguments."""

@@ -16,19 +16,19 @@ def _add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out-axis", metavar="AXIS", help=what)
     what = "roll of the hand about its x axis, relative to the axes of the tip (default: z points up at home)"
     add("--roll", type=float, metavar="DEGREES", help=what)
-    what = "joint positions (rad, m): those of the arm define its home, all other joints are frozen there"
+    what = "joint positions (rad, m): positions of the arm's joints define its home, all other joints are fixed there"
     add("--posture", nargs="+", default=[], metavar="JOINT=VALUE", help=what)
     what = "inertia of rotors and gears reflected to the joints (kg m^2): one value for all, or JOINT=VALUE"
     add("--rotor-inertia", nargs="+", default=[], metavar="VALUE", help=what)
-    what = "effort limits that replace those of the file (N m): one value for all, or JOINT=VALUE"
+    what = "effort limits that replace the file's limits (N m): one value for all, or JOINT=VALUE"
     add("--effort", nargs="+", default=[], metavar="VALUE", help=what)
-    what = "velocity limits that replace those of the file (rad/s): one value for all, or JOINT=VALUE"
+    what = "velocity limits that replace the file's limits (rad/s): one value for all, or JOINT=VALUE"
     add("--velocity", nargs="+", default=[], metavar="VALUE", help=what)
-    add("--damping", choices=("file", "none"), default="file", help="joint damping: that of the file, or none")
-    what = "replace physically impossible inertias by the nearest possible ones, even where that changes the motion"
+    add("--damping", choices=("file", "none"), default="file", help="joint damping: from the file, or none")
+    what = "replace physically impossible inertias by the nearest possible values, even if this changes the motion"
     add("--mend-inertia", action="store_true", help=what)
     what = (
-        "links whose weight the simulator compensates (MJCF): refuse them (file), or let the motors carry them (none)"
+        "links whose weight the simulator compensates (MJCF): reject them (file), or let the motors carry them (none)"
     )
     add("--gravcomp", choices=("file", "none"), default="file", help=what)
     what = "folder of a package that a xacro template uses, if it is not found nearby; may be repeated"

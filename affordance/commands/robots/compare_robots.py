@@ -1,4 +1,4 @@
-"""``affordance compare-robots A B``: compares two files of one robot, joint by joint."""
+"""``affordance compare-robots A B``: compares two files of the same robot, joint by joint."""
 
 import argparse
 import math
@@ -23,7 +23,7 @@ DIFFERENT = 3
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the comparison and returns the exit status. The status is DIFFERENT if anything differs, else 0."""
+    """Prints the comparison and returns the exit status: DIFFERENT if anything differs, else 0."""
     arms = read_joints(arguments.one, arguments.tip), read_joints(arguments.other, arguments.other_tip)
     found = compare(*arms, same_tip=bool(arguments.tip and arguments.other_tip))
     differing = [name for name in NAMES if any(name in each.differing for each in found.joints)]
@@ -71,14 +71,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _describe(compared: Sequence[Compared], name: str) -> str:
-    """Describes which joints differ, with the distance or both numbers."""
+    """Describes which joints differ, with the size of the difference or both values."""
     what, _, unit = NAMES[name].rstrip(")").partition(" (")
     differing = [each for each in compared if name in each.differing]
     return f"{what} of " + ", ".join(f"{each.one.joint} ({_show(each, name)} {unit})" for each in differing)
 
 
 def _show(each: Compared, name: str) -> str:
-    """Formats a number of both joints. Equal numbers appear once; a distance appears unless it is rounding."""
+    """Formats a quantity of both joints: equal values once, and a difference only if it is more than rounding."""
     if name not in STATED:
         return format_number(each.apart[name], 2) if name in each.differing else ""
     shown = [_show_stated(getattr(joint, name)) for joint in (each.one, each.other)]

@@ -1,4 +1,4 @@
-"""``affordance import-arm``: makes a model folder for the arm in a robot's file."""
+"""``affordance import-arm``: writes a model folder for the arm in a robot's file."""
 
 import argparse
 import math
@@ -38,7 +38,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _read_options(arguments: argparse.Namespace) -> ImportOptions:
-    """Builds options from the arguments. An invalid one raises a BadValueError."""
+    """Builds the options of an import from the arguments.
+
+    Raises:
+        BadValueError: An option is invalid.
+    """
     return ImportOptions(
         tip=arguments.tip or "",
         base=arguments.base,
@@ -59,7 +63,11 @@ def _read_options(arguments: argparse.Namespace) -> ImportOptions:
 
 
 def _split(option: str, words: list[str], sign: str) -> dict[str, str]:
-    """Splits words such as ``prefix:=left_`` at a sign. A word without it raises a BadValueError."""
+    """Splits words such as ``prefix:=left_`` at a sign.
+
+    Raises:
+        BadValueError: A word does not have this form.
+    """
     pairs = [word.partition(sign) for word in words]
     if wrong := [word for word, pair in zip(words, pairs, strict=True) if not (pair[0] and pair[1])]:
         raise BadValueError(option, "", f"is {wrong[0]!r}, must be a name, {sign} and a value")

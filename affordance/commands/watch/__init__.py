@@ -1,1 +1,1 @@
-"""Commands for live views; each module has ``run``, and ``arguments`` declares their arguments."""
+"""Commands for live views. Each module has ``run``, and ``arguments`` declares their arguments."""

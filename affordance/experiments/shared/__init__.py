@@ -1,1 +1,1 @@
-"""Parts that experiments share: observers, holds, choices of grips, drawings, results and their report."""
+"""Functions that experiments share: observers, holds, choices of grips, drawings, results and reports."""

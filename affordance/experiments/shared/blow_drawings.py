@@ -1,4 +1,4 @@
-"""Shows blows on a nail as labelled curves, rendered pictures and a slow-motion page."""
+"""Shows blows on a nail as curves, rendered pictures and a slow-motion replay."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,17 +18,18 @@ from affordance.reporting.renderings import Pose, render_close_ups, render_poses
 from affordance.reporting.replay import Replay, Scene
 from affordance.simulation.blow import Blow
 
-TOUCH = np.arange(-0.002, 0.012, 2e-5)  # times kept around the first touch, [s]; longer if the nail still moves
+TOUCH = np.arange(-0.002, 0.012, 2e-5)  # times around the first contact, [s]; extended while the nail moves
 SLOWER, SLOW_BEFORE, SLOW_AFTER = 80.0, 0.01, 0.03  # slow-motion factor; its span before and after the strike, [s]
 
 
 def label_nails(blows: Sequence[Blow]) -> xr.Dataset:
-    """Labels the force on the nail and its travel around the strike as a dataset.
+    """Builds a dataset with forces on the nail and its travel around the strike.
 
     Args:
-        blows: Simulated blows, one for each grip.
+        blows: Simulated blows, one per grip.
 
-    Returns: ``resistance`` and ``contact``, [N], and ``travel``, [m], over grip and time since the touch, [s].
+    Returns:
+        ``resistance`` and ``contact``, [N], and ``travel``, [m], over grip and time since the first contact, [s].
     """
     longest = max(blow.nail.time_of_rest - blow.nail.time_of_touch for blow in blows)
     times = np.arange(TOUCH[0], max(TOUCH[-1], longest - TOUCH[0]), TOUCH[1] - TOUCH[0])
@@ -48,7 +49,7 @@ def label_nails(blows: Sequence[Blow]) -> xr.Dataset:
 
 
 def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Figure:
-    """Renders figure 9: start, strike and nail, with a row for each grip."""
+    """Renders figure 9: start, strike and nail, with one row per grip."""
     held = tool.list_gripped()
     poses, close = [], []
     for grip, blow in blows.items():
@@ -66,7 +67,7 @@ def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> F
 
 
 def replay(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Replay:
-    """Builds the slow-motion replay of the blows, one scene for each grip."""
+    """Builds the slow-motion replay of the blows, with one scene per grip."""
     held = tool.list_gripped()
     scenes = []
     for grip, blow in blows.items():
@@ -92,10 +93,10 @@ _MILLI = 1e3
 
 
 def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
-    """Draws figure 9: a row of pictures for each grip.
+    """Draws figure 9: one row of pictures per grip.
 
     Args:
-        rows: Pictures, (height, width, 3), by the label of the grip; the pictures of a column have one size.
+        rows: Pictures, (height, width, 3), by label of the grip. All pictures in a column have the same size.
         titles: Titles of the columns.
     """
     shapes = [picture.shape for picture in next(iter(rows.values()))]
@@ -116,7 +117,12 @@ def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: 
 
 
 def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Figure:
-    """Plots the force on the nail and its travel around the strike for each grip. The required peak is in [N]."""
+    """Plots the force on the nail and its travel around the strike for each grip.
+
+    Args:
+        records: Records of the nail by grip.
+        force_demanded: Required peak force, [N].
+    """
     figure = Figure(figsize=(7.2, 5.4))
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
     last = 0.0
@@ -131,7 +137,7 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
         below.plot(times, _MILLI * record.travel, line, color=colour, linewidth=2.6)
     above.axhline(force_demanded, color="#000000", linestyle=":", label=f"required peak ({force_demanded:.0f} N)")
     above.set_xlim(-0.1 * last, 1.5 * last)
-    # While the nail starts to move, the contact force is several times the resistance for some microseconds.
+    # For some microseconds after the first contact, the contact force is several times the resistance.
     above.set(ylim=(0.0, 1.9 * force_demanded), ylabel="force (N)")
     below.set(ylabel="travel (mm)", ylim=(0.0, None), xlabel="time from the first touch (ms)")
     cut = any(record.contact.max() > above.get_ylim()[1] for record in records.values())

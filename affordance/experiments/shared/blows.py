@@ -1,4 +1,4 @@
-"""Blows on a nail with each grip of each tool, planned and then simulated with contact."""
+"""Plans and simulates blows on a nail for each grip of each tool."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow
 
 FAILURE = "cannot be carried out"
-# Iterations between swing and tip speed: the effective mass at the strike sets the required speed, and the speed sets
+# Number of iterations: the effective mass at the strike determines the required tip speed, and the speed determines
 # the swing. The posture at the strike hardly depends on the speed, so the second speed is within 1 % of the first,
 # and the third within 0.1 %.
 SWINGS = 3
@@ -38,18 +38,19 @@ SWINGS = 3
 def plan_blows(
     setup: Setup, tools: Sequence[Tool], task: Hammer, file: Path
 ) -> tuple[dict[str, Choice], Mapping[str, Mapping[str, BlowCost]], dict[str, dict[str, Blow]]]:
-    """Plans and simulates the blow with each grip of each tool.
+    """Plans and simulates the blow for each grip of each tool.
 
-    Blows are planned for the tools as observed and again for the true tools; they are then simulated with contact and
-    the true densities.
+    Blows are planned for the observed tools and for the true tools. They are simulated with contact and the true
+    densities.
 
     Args:
         setup: Setup of the experiment.
-        tools: Tools, each with its grips.
-        task: Task of hammering.
-        file: File of the task, which errors name.
+        tools: Tools with their grips.
+        task: Hammering task.
+        file: File of the task, for error messages.
 
-    Returns: Choices by tool; costs of the true tools by tool and grip; simulated blows by tool and grip.
+    Returns:
+        Choices by tool, costs of the true tools by tool and grip, and simulated blows by tool and grip.
 
     Raises:
         BadValueError: The nail cannot be driven with one of the grips.
@@ -83,7 +84,11 @@ def plan_blows(
 def _plan(
     setup: Setup, tools: Sequence[Tool], task: Hammer, settings: Settings, file: Path, description: str
 ) -> dict[str, Choice]:
-    """Plans the blow with each grip. If no swing can deliver it with some grip, a BadValueError is raised."""
+    """Plans the blow for each grip.
+
+    Raises:
+        BadValueError: No swing delivers the blow with one of the grips.
+    """
     with blame(file, "blow", FAILURE):
         choices = plan_grips(tools, task, settings, seed=setup.seed, jobs=setup.jobs, description=description)
     for choice in choices.values():
@@ -94,9 +99,10 @@ def _plan(
 
 
 def check_depth(file: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]) -> None:
-    """Checks that each tool, in each grip, can drive the nail to the demanded depth.
+    """Checks that each tool can drive the nail to the demanded depth with each grip.
 
-    Otherwise a BadValueError is raised.
+    Raises:
+        BadValueError: A tool cannot drive the nail to this depth.
     """
     held = {(tool.name, grip): each for tool in tools for grip, each in tool.list_gripped().items()}
     for (name, grip), gripped in held.items():
@@ -112,9 +118,13 @@ def check_depth(file: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[
 
 
 def compute_work(task: Hammer, settings: Settings, costs: Mapping[str, Mapping[str, BlowCost]], held: Tool) -> float:
-    """Computes the absolute work of the demanded blow with a gripped tool, [J].
+    """Computes the absolute work of the demanded blow with a gripped tool of known densities, [J].
 
-    The search starts from the swing that was planned for the tool of the same name and grip.
+    Args:
+        task: Hammering task.
+        settings: Settings of the controller.
+        costs: Planned swings by tool and grip, from which the search starts.
+        held: Gripped tool.
     """
     model = ArmModel(load_arm(settings.arm))
     target = task.find_target(model, held.components)
@@ -125,5 +135,5 @@ def compute_work(task: Hammer, settings: Settings, costs: Mapping[str, Mapping[s
         swing = find_swing(model, target, task, speed, swing)
         (mass,) = EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end).compute(pi)
         speed = float(task.nail.compute_tip_speed(np.array(AIM * task.force), mass))
-    assert swing is not None  # there is at least one
+    assert swing is not None  # because SWINGS > 0
     return float(MotionCost(model, sample_swing(swing, settings.control_period)).compute(pi).work[0])

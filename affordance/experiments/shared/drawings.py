@@ -1,4 +1,4 @@
-"""Figures, motions and replays of an experiment's observers."""
+"""Figures, motions and replays of simulated observers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -41,7 +41,7 @@ def draw_density_and_drop(data: xr.Dataset, drop: xr.DataArray, tools: Sequence[
 
 
 def draw_heights(data: xr.Dataset, seed: int) -> Figure:
-    """Plots figure 4: height of each object over time. The last object is the decoy."""
+    """Plots figure 4: the height of each object over time, with the decoy last."""
     return figures.draw_heights(
         times=data.time.values,
         shown=data.height.values[OBSERVER_SHOWN],
@@ -56,9 +56,9 @@ def draw_heights_of_points(data: xr.Dataset, points: Mapping[str, str], seed: in
     """Plots figure 6: heights of each object's centre and of several points of the decoy.
 
     Args:
-        data: Heights of all observers, [m]; the last trial is the decoy's.
-        points: Titles of the points by the names of their variables; the first is the centre.
-        seed: Root of the random draws, for the label.
+        data: Heights of all observers, [m]; the last trial is the decoy.
+        points: Title of each point by the name of its variable; the first point is the centre.
+        seed: Seed of the run, for the label.
     """
     centre, *_ = points
     return figures.draw_heights_of_points(
@@ -73,7 +73,7 @@ def draw_heights_of_points(data: xr.Dataset, points: Mapping[str, str], seed: in
 
 
 def draw_made_and_seen(tools: Sequence[Tool]) -> Figure:
-    """Draws figure 5: the objects, and the decoy as it looks and as it is made. The decoy is the last object."""
+    """Draws figure 5: the objects, and the decoy, which is last, with its apparent and its true materials."""
     *honest, decoy = tools
     drawings = [Drawing(tool, f"{number}: {label(tool.name)}") for number, tool in enumerate(honest, start=1)]
     name = f"{len(tools)}: {label(decoy.name)}"
@@ -97,7 +97,7 @@ def add_motion(data: xr.Dataset, records: Sequence[TrialRecord], settings: Setti
 
 
 def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Dataset:
-    """Labels the motions with each grip as a dataset over grip, time and joint."""
+    """Builds a dataset of motions over grip, time and joint."""
     records = [each.record for each in done.values()]
     axes = ("grip", "time", "joint")
     return xr.Dataset(
@@ -123,7 +123,7 @@ def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Datas
 
 
 def replay_holds(tools: Sequence[Tool], records: Sequence[TrialRecord], settings: Settings, title: str) -> Replay:
-    """Builds the replay of an observer's holds, one scene per object."""
+    """Builds the replay of an observer's holds, with one scene per object."""
     pairs = zip(tools, records, strict=True)
     scenes = [
         Scene(tool, record.times, record.q, _describe(tool), height=record.height_centre) for tool, record in pairs
@@ -132,7 +132,7 @@ def replay_holds(tools: Sequence[Tool], records: Sequence[TrialRecord], settings
 
 
 def _describe(tool: Tool) -> str:
-    """Describes an object by name and mass. A decoy is also described by its look and its material."""
+    """Describes an object by name and mass, and a decoy also by apparent and true material."""
     made, looks = (
         " and ".join(dict.fromkeys(getattr(part, name).name for part in tool.components))
         for name in ("material", "looks_like")

@@ -1,6 +1,6 @@
-"""Experience with the objects of Simulation II, shared by Simulations II to IV.
+"""Learning block with the objects of Simulation II, which Simulations II to IV share.
 
-In all three, observer r of a seed holds the same objects in the same order with the same measurement errors. Its
+In these simulations, an observer holds the same objects in the same order with the same measurement errors. Its
 memories are therefore computed once, and stored in a separate folder.
 """
 
@@ -23,15 +23,17 @@ from affordance.simulation.trial_record import TrialRecord
 
 _LOG = logging.getLogger(__name__)
 
-DURATION = 3.0  # of each hold, [s]
-REPETITIONS = 3  # number of times that each object is held
+DURATION = 3.0  # duration of each hold, [s]
+REPETITIONS = 3  # number of holds of each object
 
 
 def gain_experience(setup: Setup, tools: Sequence[Tool]) -> xr.Dataset:
-    """Simulates observers who hold each object several times, in random order.
+    """Simulates observers that hold each object several times in random order.
 
-    Returns: ``memories`` (observer, moment), JSON texts before the first trial and after each; ``object`` (observer,
-        trial), the index of the held object; and the variables of ``describe_holds`` (observer, trial).
+    Returns:
+        Dataset with ``memories`` (observer, moment), JSON texts before the first trial and after each trial;
+        ``object`` (observer, trial), the index of the held object; ``outlier`` (observer, trial), True for outlier
+        trials; and the variables of ``describe_holds`` (observer, trial).
     """
     data = run_observers("experience", setup, observe, tuple(tools))
     outliers = int(data.outlier.sum())
@@ -47,7 +49,7 @@ def gain_experience(setup: Setup, tools: Sequence[Tool]) -> xr.Dataset:
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Simulates one observer. Returns its part of the dataset of ``gain_experience``."""
+    """Simulates one observer, and returns its part of the dataset of ``gain_experience``."""
     order, memories, records = hold(setup, tools, observer)
     return xr.Dataset(
         {
@@ -72,10 +74,11 @@ def hold(
 ) -> tuple[list[int], list[MaterialMemory], list[TrialRecord]]:
     """Simulates holds of the objects by one observer in random order.
 
-    A colour that is not recognised with certainty is forgotten after its trial.
+    Colours that are not recognised with certainty are forgotten after the trial.
 
-    Returns: Index of the held object in each trial; memories before the first trial and after each; record of each
-        trial.
+    Returns:
+        Index of the held object in each trial, memories before the first trial and after each trial, and the record
+        of each trial.
     """
     settings, colours = setup.settings, list_colours(tools)
     memory = setup.start_memory(observer).add_colours(colours, settings.prior).restrict_to(colours)
@@ -90,7 +93,7 @@ def hold(
 
 
 def draw_order(setup: Setup, count: int, observer: int) -> list[int]:
-    """Draws the order in which an observer holds the objects: a permutation for each repetition."""
+    """Draws the order of objects for an observer, with a random permutation per repetition."""
     rng = np.random.default_rng([setup.seed, observer, Stream.ORDER])
     return [int(index) for _ in range(REPETITIONS) for index in rng.permutation(count)]
 
@@ -102,7 +105,7 @@ def recall(setup: Setup, experience: xr.Dataset, observer: int, trial: int) -> M
 
 
 def count_events(experience: xr.Dataset) -> dict[str, int]:
-    """Counts rejected samples and outlier trials, with their names in metrics.json."""
+    """Counts rejected samples and outlier trials, for metrics.json."""
     return {
         "samples_rejected": int(experience.samples_rejected.sum()),
         "trials_outlier": int(experience.outlier.sum()),

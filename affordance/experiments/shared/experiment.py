@@ -10,18 +10,18 @@ from affordance.settings import Settings
 
 
 class Experiment(NamedTuple):
-    """Functions and properties of an experiment; its module defines one as EXPERIMENT.
+    """Functions and properties of an experiment. Its module defines one instance, EXPERIMENT.
 
     Attributes:
-        run: Runs the experiment.
-        read: Reads and checks its files without simulating anything.
-        predict: Computes the numbers of each observer of every learner; None if the experiment cannot be predicted.
+        run: Function that runs the experiment.
+        read: Function that loads and checks the files of the experiment without a simulation.
+        predict: Function that computes the measures of each observer for each learner, or None.
         observers: Default number of observers.
-        needs: Tasks that the arm must be able to do. The experiment is left out if the import of the arm found that
-            it cannot do one of them.
-        no_memory: Reason why a lasting memory cannot learn from it; empty if it can.
-        every_learner: Whether observers of every learner are simulated, a user's learner included.
-        settings: Class of its settings.
+        needs: Tasks that the arm must be able to do. The experiment is skipped if the import of the arm reported that
+            one of them is impossible.
+        no_memory: Reason why a lasting memory cannot learn from the experiment, or empty.
+        every_learner: True if observers with each learner are simulated, including a user's learner.
+        settings: Class of the settings.
     """
 
     run: Callable[[Setup], Results]

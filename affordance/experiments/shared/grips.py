@@ -1,7 +1,7 @@
-"""Choice of a grip for a new tool: plans, two rules, and shares of correct choices.
+"""Simulates choices of a grip for a novel tool by two rules, and computes shares of correct choices.
 
-The correct grip has the least absolute work when the real tool is simulated without errors of vision, arm or sensors.
-Such errors affect what observers see and learn, but not the correct grip.
+The correct grip has the least absolute work in a simulation with the true tool, and without errors of vision, arm or
+sensors. These errors affect the features and beliefs of observers, but not the correct grip.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,9 +37,9 @@ from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.vision.features import VisionError
 
-# Number of simulated choices before any experience; their densities are drawn from the prior.
+# Number of simulated choices before any experience, with densities from the prior.
 NUM_PRIOR_CHOICES = 10_000
-# Number of density samples over which the work of each option is averaged.
+# Number of density samples for the expected work of each option.
 NUM_BAYES_SAMPLES = 2_000
 # Number of density samples for the probability that an option is the cheapest; its standard error is at most 0.022.
 NUM_PROBABILITY_SAMPLES = 500
@@ -64,10 +64,7 @@ def remove_errors(settings: Settings) -> Settings:
 
 @contextmanager
 def blame(file: Path, key: str, failure: str) -> Iterator[None]:
-    """Converts errors in its ``with`` block to a BadValueError about a file.
-
-    SeeingError and UnavailableError pass unchanged.
-    """
+    """Converts errors in a ``with`` block, except SeeingError and UnavailableError, to a BadValueError."""
     try:
         yield
     except (SeeingError, UnavailableError):
@@ -79,10 +76,13 @@ def blame(file: Path, key: str, failure: str) -> Iterator[None]:
 def plan_grips(
     tools: Sequence[Tool], task: TaskCostModel, settings: Settings, *, seed: int, jobs: int, description: str
 ) -> dict[str, Choice]:
-    """Plans a task with each grip of each tool. Returns the choices by tool.
+    """Plans a task for each grip of each tool, without faults, and returns the choices by tool.
 
-    Each tool is observed once. The plans assume no faults; an infeasible plan has a reason. Raises an AffordanceError
-    if no motion can be planned with a grip, and a SeeingError if a tool is not detected in a picture.
+    Each tool is observed once.
+
+    Raises:
+        AffordanceError: No motion can be planned with a grip.
+        SeeingError: A tool is not detected in a picture.
     """
     settings = replace(settings, faults=NO_FAULTS)
     options = {tool.name: list_options(tool, seed=seed, eye=settings.eye) for tool in tools}
@@ -96,10 +96,7 @@ def _build_cost(task: TaskCostModel, option: Option, settings: Settings) -> Opti
 
 
 def choose_by_sample(choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]) -> Chosen:
-    """Chooses a grip by the paper's rule, for each belief.
-
-    The rule draws one density per material and takes the cheapest grip.
-    """
+    """Chooses a grip for each belief by the rule of the paper: the cheapest grip for one sample of densities."""
     parameters = []
     for trial, memory in enumerate(memories):
         rng = np.random.default_rng([*seed, trial, Stream.PAPER])
@@ -109,12 +106,10 @@ def choose_by_sample(choice: Choice, memories: Sequence[MaterialMemory], seed: t
 
 
 def compute_probabilities(choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]) -> Array:
-    """Computes the probability that an option costs the least work, (memories, options).
+    """Computes the probability that each option has the least cost under each belief, (memories, options).
 
-    Each belief has its own probabilities.
-
-    ``choose_by_sample`` chooses the option with this probability. The probability of no usable option is divided
-    equally.
+    ``choose_by_sample`` chooses options with these probabilities. The probability that no option is feasible is
+    divided equally between all options.
     """
     found = []
     for trial, memory in enumerate(memories):
@@ -130,10 +125,10 @@ def compute_probabilities(choice: Choice, memories: Sequence[MaterialMemory], se
 def choose_by_expectation(
     choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, ...]
 ) -> tuple[Chosen, NDArray[np.bool_]]:
-    """Chooses the grip of least expected absolute work under each belief.
+    """Chooses the grip with the least expected absolute work under each belief.
 
-    Returns: Index of the chosen grip under each belief, and whether the least expected integral of |tau|^2 would
-        choose another grip.
+    Returns:
+        Index of the chosen grip for each belief, and True if the expected integral of |tau|^2 prefers another grip.
     """
     chosen, flips = [], []
     for trial, memory in enumerate(memories):
@@ -145,21 +140,22 @@ def choose_by_expectation(
 
 
 def choose_before_experience(choice: Choice, colours: tuple[Colour, ...], seed: int) -> Chosen:
-    """Chooses by the paper's rule at many densities from the prior, (NUM_PRIOR_CHOICES,)."""
+    """Chooses grips by the rule of the paper for many samples from the prior, (NUM_PRIOR_CHOICES,)."""
     rng = np.random.default_rng([seed, Stream.PRIOR])
     memory = MaterialMemory().add_colours(colours, choice.settings.prior)
     return pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES)), rng)
 
 
 def find_cheaper_grip(simulated: Mapping[str, SimulatedTask]) -> str:
-    """Finds the grip of least absolute work. All grips are known to complete the task."""
+    """Finds the grip with the least absolute work. The task must be feasible with all grips."""
     return min(simulated, key=lambda grip: simulated[grip].work)
 
 
 def check_one_grip_is_cheaper(file: Path, tool: Tool, works: Sequence[float]) -> None:
-    """Checks that the grips of a tool differ in cost.
+    """Checks that the grips of a tool differ in cost, so that one grip is correct.
 
-    Otherwise no grip would be correct, and a BadValueError is raised.
+    Raises:
+        BadValueError: Both grips have the same cost.
     """
     cheapest, second = sorted(works)
     if second <= cheapest * (1.0 + TIE):
@@ -168,14 +164,22 @@ def check_one_grip_is_cheaper(file: Path, tool: Tool, works: Sequence[float]) ->
 
 
 def check_two_grips(file: Path, tools: Sequence[Tool]) -> None:
-    """Checks that every tool has exactly two grips. Otherwise a BadValueError is raised."""
+    """Checks that each tool has exactly two grips.
+
+    Raises:
+        BadValueError: A tool has another number of grips.
+    """
     for tool in tools:
         if len(tool.grips) != 2:
             raise BadValueError(file, f"tools: {tool.name}.grips", f"has {len(tool.grips)} entries, must have 2")
 
 
 def check_colours_known(file: Path, tools: Sequence[Tool], held: Sequence[Tool], held_file: Path) -> None:
-    """Checks that the held objects have every look of the tools. Otherwise a BadValueError is raised."""
+    """Checks that all colours of the tools also occur in the held objects.
+
+    Raises:
+        BadValueError: A tool has a colour that the held objects do not have.
+    """
     known = {part.looks_like.colour for tool in held for part in tool.components}
     for tool in tools:
         unknown = {part.looks_like.name for part in tool.components if part.looks_like.colour not in known}
@@ -185,7 +189,7 @@ def check_colours_known(file: Path, tools: Sequence[Tool], held: Sequence[Tool],
 
 
 def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
-    """Finds the grip with the densest material nearest to the hand, or farthest from it."""
+    """Finds the grip with the densest material nearest to the hand, or farthest from it if not ``at_hand``."""
 
     def measure(held: Tool) -> float:
         densest = max(held.components, key=lambda part: part.material.density)
@@ -196,12 +200,15 @@ def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
 
 
 def estimate_probability(right: Array, before: Chosen, correct: int) -> Estimate:
-    """Estimates the mean probability of the correct choice with 95 % intervals, (K + 1,) each.
+    """Estimates the probability of the correct choice over trials, with 95 % intervals, (K + 1,) each.
 
-    The mean is over observers.
+    The first value, before any experience, is the share of correct choices under the prior, with Wilson's interval.
+    The other values are means over observers.
 
-    ``right``, (observers, K + 1), are the observers' probabilities of the correct option. ``before``, (N,), are
-    choices under the prior. Their share of correct choices, with Wilson's interval, replaces moment 0.
+    Args:
+        right: Probability of the correct option for each observer after 0 to K trials, (observers, K + 1).
+        before: Choices under the prior, (N,).
+        correct: Index of the correct option.
     """
     first = estimate_correct(before[:, None], correct)
     later = estimate_mean(right[:, 1:])
@@ -210,9 +217,11 @@ def estimate_probability(right: Array, before: Chosen, correct: int) -> Estimate
 
 
 def estimate_correct(chosen: Chosen, correct: int) -> Estimate:
-    """Estimates the share of correct choices, (observers, K), with Wilson's intervals, (K,) each.
+    """Estimates the share of correct choices with Wilson's intervals, (K,) each.
 
-    If no option is usable, the choice counts as half correct, like a guess.
+    Args:
+        chosen: Choices, (observers, K). If no option is usable, the choice counts as half correct, like a guess.
+        correct: Index of the correct option.
     """
     hits: Array = ((chosen == correct) + 0.5 * (chosen == NO_OPTION)).sum(axis=0)
     return estimate_proportion(hits, len(chosen))
@@ -228,19 +237,19 @@ def measure_choices(
     colours: tuple[Colour, ...],
     seed: int,
 ) -> dict[str, Any]:
-    """Computes shares of correct choices for each tool, as in metrics.json.
+    """Computes shares of correct choices for each tool, for metrics.json.
 
-    Each tool has probabilities of the correct choice; the first tool has two rules of choice.
+    Results for the Bayes decision rule are computed for the first tool only.
 
     Args:
         data: Probabilities of grips, ``probability`` (observer, tool, moment, grip), indices of the chosen grips,
             ``paper`` (observer, tool, moment) and ``bayes`` (observer, moment), and ``flips`` (observer, moment).
-        tools: Tools to choose a grip for; the first is the paper's.
+        tools: Tools for which grips are chosen; the first is from the paper.
         choices: Choices by tool.
         simulated: Simulations of the task with the true densities, by tool and grip.
         off_axis: Largest relative change of the work if a part is displaced by 2 mm, by tool.
         colours: Colours of the held objects.
-        seed: Root of every random draw.
+        seed: Seed of the run.
     """
     found: dict[str, dict[str, Any]] = {}
     for index, (name, choice) in enumerate(choices.items()):
@@ -286,7 +295,7 @@ def measure_choices(
 
 
 def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: str, observers: int) -> Figure:
-    """Draws the shares of correct choices, figures 8 and 10."""
+    """Plots the shares of correct choices (figures 8 and 10)."""
     estimates = {
         name: Estimate(each["p_correct"], *np.moveaxis(each["p_correct_ci95"], -1, 0))
         for name, each in numbers["tools"].items()
@@ -304,7 +313,7 @@ def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: s
 
 
 def caption_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> str:
-    """Returns the caption of figures 8 and 10, without the number of the figure."""
+    """Returns the caption of figures 8 and 10 without the figure number."""
     first, *others = (tool.name.replace("_", " ") for tool in tools)
     chance = "Chance depends on the shapes."
     if numbers["tools"][tools[0].name]["chance_by_symmetry"]:
@@ -318,7 +327,7 @@ def caption_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> st
 
 
 def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates work with each grip, correct grip, and shares of correct choices by tool."""
+    """Tabulates the work with each grip, the correct grip, and shares of correct choices for each tool."""
     rows = {}
     for name, each in numbers["tools"].items():
         p = each["p_correct"]
@@ -337,10 +346,7 @@ def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates shares of correct choices by two rules for the first tool.
-
-    Also tabulates how often two costs disagree.
-    """
+    """Tabulates shares of correct choices for the first tool by two rules and two cost measures."""
     rows = {
         "one density drawn from the belief (the paper's): probability": numbers["p_correct"],
         "the same rule: share of one draw for each observer": numbers["p_correct_drawn"],
@@ -354,10 +360,7 @@ def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def compare_measures(numbers: Mapping[str, Any], tool: Tool) -> str:
-    """Describes if two measures agree on the correct grip of a tool.
-
-    The measures are the integral of torque squared and the absolute work.
-    """
+    """Describes if the integral of squared torques and the absolute work prefer the same grip of a tool."""
     efforts = numbers["effort_true"]
     agrees = "agrees" if min(efforts, key=efforts.__getitem__) == numbers["correct_grip"] else "does not agree"
     shown = " and ".join(f"{effort:.0f} N²m²s ({grip})" for grip, effort in efforts.items())

@@ -1,4 +1,4 @@
-"""Results of trials with held objects, and the columns of lifts.csv."""
+"""Computes results of holds, and the trial table lifts.csv."""
 
 import math
 from collections.abc import Sequence
@@ -18,9 +18,9 @@ from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.prediction import predict_object
 
-# Smallest p-value; smaller ones are rounding errors.
+# Smallest p-value; smaller values are dominated by rounding errors.
 _LEAST_P_VALUE = 1e-300
-# Prefixes of columns with parameters of single observers; the columns are named like the settings.
+# Prefixes of columns with parameters that differ between observers; the columns have the names of the settings.
 OWN_VALUES = ("participant.", "learner.")
 # Columns of lifts.csv.
 COLUMNS = (
@@ -30,18 +30,19 @@ COLUMNS = (
 
 
 def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: Settings) -> dict[str, float]:
-    """Computes the mass that an observer expects from an object's look, and its kind afterwards.
+    """Computes the expected mass of an object before a hold, and its kind after the hold.
 
     Args:
         tool: Object.
-        before: Memory before the object is held.
-        after: Memory after the object was held.
+        before: Memory before the hold.
+        after: Memory after the hold.
         settings: Settings of the simulation.
 
-    Returns: ``expected``, the mass at the most probable densities before the hold, [kg], NaN if features are observed
-        with errors; ``believed_density``, the most probable density of the first part's colour before the hold,
-        [kg/m^3]; and ``kind``, the number of the object's kind in that colour after the hold: 1 is the oldest, 0
-        means that the learner has no kinds.
+    Returns:
+        ``expected``: mass at the most probable densities before the hold, [kg]; NaN if features are observed with
+        errors. ``believed_density``: most probable density of the first part's colour before the hold, [kg/m^3].
+        ``kind``: number of the object's kind in this colour after the hold, from 1 for the oldest; 0 if the learner
+        has no kinds.
     """
     seen = measure_features(tool, VisionError(), np.random.default_rng(0))
     met, colour = before.recognise(seen[0].colour, 0.0, settings.prior)
@@ -59,15 +60,16 @@ def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: 
 def describe_holds(
     tools: Sequence[Tool], memories: Sequence[MaterialMemory], records: Sequence[TrialRecord], settings: Settings
 ) -> dict[str, Any]:
-    """Describes one observer's holds as variables along ``trial``.
+    """Computes the results of one observer's holds as variables along ``trial``.
 
     Args:
         tools: Held objects, in order (K).
-        memories: Memories before the first trial and after each (K + 1).
+        memories: Memories before the first trial and after each trial (K + 1).
         records: Record of each trial (K).
         settings: Settings of the simulation.
 
-    Returns: Dimension, values and attributes of each variable, by name.
+    Returns:
+        Dimension, values and attributes of each variable, by name.
     """
     pairs = zip(tools, memories[:-1], memories[1:], strict=True)
     found = pd.DataFrame([expect(tool, before, after, settings) for tool, before, after in pairs])
@@ -109,7 +111,7 @@ def tabulate_holds(
         tools: Objects.
         learner: Name of the learner.
         block: Name of the block of trials.
-        objects: Indices of the held objects, (observers, trials) or (trials,); None if each tool is held once, in
+        objects: Indices of the held objects, (observers, trials) or (trials,). None if each object is held once, in
             order.
     """
     observers, trials = data.sizes["observer"], data.sizes["trial"]
@@ -135,17 +137,17 @@ def tabulate_holds(
 
 
 def select_columns(lifts: pd.DataFrame) -> pd.DataFrame:
-    """Selects the columns of lifts.csv, with parameters of single observers if available."""
+    """Selects the columns of lifts.csv and columns of parameters that differ between observers."""
     return lifts[[*COLUMNS, *(name for name in lifts if str(name).startswith(OWN_VALUES))]]
 
 
 def show_kinds(kinds: NDArray[np.intp]) -> pd.Series:
-    """Formats the numbers of kinds. Cells are empty where the learner has no kinds."""
+    """Formats kind numbers, with empty cells if the learner has no kinds."""
     return pd.Series(kinds, dtype="Int64").replace(0, pd.NA)
 
 
 def compute_surprise(p_values: Array) -> Array:
-    """Computes minus the decimal logarithm of p-values, at most 300. NaN stays NaN."""
+    """Computes the negative decimal logarithm of p-values, at most 300; NaN for NaN."""
     return -np.log10(np.maximum(p_values, _LEAST_P_VALUE))
 
 

@@ -19,17 +19,21 @@ from affordance.settings import Settings
 
 
 def read_tools(models: Path, name: str) -> tuple[Tool, ...]:
-    """Loads a tools file of a model folder, with the materials of that folder."""
+    """Loads tools from a file of a model folder, with the materials of this folder."""
     return load_tools(models / name, load_materials(models / MATERIALS.name))
 
 
 def list_looks(tools: Sequence[Tool]) -> list[Material]:
-    """Lists the apparent materials of tools without duplicates, in the order of parts."""
+    """Lists the apparent materials of all parts, without duplicates."""
     return list(dict.fromkeys(part.looks_like for tool in tools for part in tool.components))
 
 
 def check_no_grips(file: Path, tools: Sequence[Tool]) -> None:
-    """Checks that no object has grips. Otherwise a BadValueError is raised."""
+    """Checks that no object has grips.
+
+    Raises:
+        BadValueError: An object has grips.
+    """
     for tool in tools:
         if tool.grips:
             names = ", ".join(grip.name for grip in tool.grips)
@@ -37,7 +41,11 @@ def check_no_grips(file: Path, tools: Sequence[Tool]) -> None:
 
 
 def check_honest(file: Path, tools: Sequence[Tool]) -> None:
-    """Checks that every part looks like its material. A part with another look raises a BadValueError."""
+    """Checks that each part looks like its material.
+
+    Raises:
+        BadValueError: A part looks like another material.
+    """
     for tool in tools:
         for i, part in enumerate(tool.components):
             if part.looks_like != part.material:
@@ -49,22 +57,22 @@ def check_can_be_held(file: Path, tools: Sequence[Tool], settings: Settings, sta
     """Checks that the arm can hold each tool at rest in a posture.
 
     Args:
-        file: File of the tools, which errors name.
+        file: File of the tools, for error messages.
         tools: Tools.
-        settings: Settings, which name the arm.
+        settings: Settings with the arm.
         start: Start posture of the task; the home posture if empty.
 
     Raises:
         InfeasibleError: A tool is too heavy for a joint.
-        ModelFileError: The arm cannot be loaded, or cannot hold itself.
-        AffordanceError: The arm cannot reach the start posture.
+        ModelFileError: The arm cannot be loaded, or is too weak for its own weight.
+        AffordanceError: The start posture has an unknown joint or violates joint limits.
     """
     arm = load_arm(settings.arm)
     _load_shapes(arm, settings.arm)
     static = StaticHold(arm, arm.find_posture(dict(start)))
     posture = "start" if start else "home"
     for tool in tools:
-        # First with an empty hand: otherwise the arm's weight, perhaps in wrong units, would be blamed on the tool.
+        # The empty hand is checked first, because an error in the arm's model must not be attributed to the tool.
         for joint, torque, bound in arm.find_overloads(static.tau_arm):
             problem = f"loads {joint} with {torque:.3g} N m in the {posture} posture with an empty hand"
             raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
@@ -77,6 +85,6 @@ def check_can_be_held(file: Path, tools: Sequence[Tool], settings: Settings, sta
 
 @lru_cache(maxsize=16)
 def _load_shapes(arm: Arm, directives: Path) -> None:
-    """Loads an arm's shapes, so that faults appear before the replay."""
+    """Loads an arm's shapes, so that errors in them are found before the replay."""
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     parse_arm(plant, directives)

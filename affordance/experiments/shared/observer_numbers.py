@@ -1,4 +1,4 @@
-"""Numbers of each observer of every learner, and their summaries over observers."""
+"""Measures of observers, and their summaries over observers."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -11,53 +11,53 @@ from affordance.reporting.claims import with_interval
 
 
 class Measure(NamedTuple):
-    """Number of each observer, with the function that summarises it."""
+    """Values of a measure for all observers, with a function that summarises them."""
 
     values: xr.DataArray
     summarise: Callable[[str, xr.DataArray], Mapping[str, Any]]
 
 
 def mean(values: xr.DataArray) -> Measure:
-    """Number that is summarised by its mean."""
+    """Builds a measure that is summarised by its mean."""
     return Measure(values, lambda name, each: {name: each.mean("observer").values[()]})
 
 
 def mean_with_interval(values: xr.DataArray) -> Measure:
-    """Number that is summarised by its mean and the mean's 95 % interval, NAME_ci95."""
+    """Builds a measure that is summarised by its mean and the 95 % confidence interval, NAME_ci95."""
     return Measure(values, with_interval)
 
 
 def median(values: xr.DataArray) -> Measure:
-    """Number that is summarised by its median."""
+    """Builds a measure that is summarised by its median."""
     return Measure(values, lambda name, each: {name: each.median("observer").values[()]})
 
 
 def total(values: xr.DataArray) -> Measure:
-    """Number that is summarised by its sum."""
+    """Builds a measure that is summarised by its sum."""
     return Measure(values, lambda name, each: {name: each.sum("observer").values[()]})
 
 
 def summarise_measures(measures: Mapping[str, Measure]) -> dict[str, Any]:
-    """Summarises the numbers of all observers, as in metrics.json."""
+    """Summarises measures over observers, for metrics.json."""
     summaries = (each.summarise(name, each.values) for name, each in measures.items())
     return {key: value for summary in summaries for key, value in summary.items()}
 
 
 class PeopleSpread(NamedTuple):
-    """Between-person standard deviation of a measure, and its source."""
+    """Standard deviation of a measure between people, and its source."""
 
     sd: float
     source: str
 
 
 class ObserverNumbers(NamedTuple):
-    """Numbers of every observer with their meanings, and the known spread between people.
+    """Measures of all observers with their meanings, and the known spread between people.
 
     Attributes:
-        values: Numbers of the observers, (observers, ...), by learner and name.
-        meanings: Meaning of each number in words, by name.
-        find_spreads: Function that returns known standard deviations between people by name, given the predicted
-            means by name.
+        values: Values for all observers, (observers, ...), by learner and name of the measure.
+        meanings: Meaning of each measure by name.
+        find_spreads: Function that returns known standard deviations between people by name of the measure, given
+            the predicted means by name.
     """
 
     values: Mapping[str, Mapping[str, Any]]
@@ -68,9 +68,12 @@ class ObserverNumbers(NamedTuple):
 def measure_learners(
     setup: Setup, measure: Callable[[Setup], Mapping[str, Any]], meanings: Mapping[str, str]
 ) -> ObserverNumbers:
-    """Computes the numbers of each observer for every learner. Only numbers with a meaning are kept.
+    """Computes the measures of all observers for each learner.
 
-    A number of each observer is an array, or a Measure.
+    Args:
+        setup: Setup of the run.
+        measure: Function that returns measures, as arrays or Measures, by name.
+        meanings: Meaning of each measure by name; other measures are discarded.
     """
     found = {}
     for learner in list_learners(setup.settings.learner):

@@ -1,4 +1,4 @@
-"""Runs an experiment's observers in parallel, caches them, and joins them in a dataset."""
+"""Simulates observers in parallel, stores their results, and joins them in a dataset."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -21,14 +21,14 @@ from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_batches, stack_repeats
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
-# Observer that figures, motions and the replay show in detail.
+# Number of the observer in figures, motions and the replay.
 OBSERVER_SHOWN = 0
-# Name of the array with dimensions and attributes of an observer's other arrays.
+# Name of the array with dimensions and attributes of all other arrays.
 _LABELS = "labels of variables"
 
 
 def remember_nothing(record: Any) -> None:
-    """Ignores a record, because the run has no lasting memory."""
+    """Ignores a record, in runs without a lasting memory."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class Setup:
 
     Attributes:
         observers: Number of simulated observers.
-        seed: Root of every random draw.
+        seed: Seed of the run, from which all other seeds are derived.
         jobs: Number of processes.
         models: Folder with arm, materials, tools, paths and tasks.
         out: Folder of the results of all experiments.
         settings: Settings of all simulations.
-        known: Lasting memory with which the single observer begins, as JSON text; empty if it knows nothing.
+        known: Initial memory of the single observer, as JSON text; empty for a memory without experience.
         remember: Function that adds the record of a hold to a lasting memory
             (``simulated_trial.remember_in``).
 
@@ -63,15 +63,19 @@ class Setup:
     remember: Callable[[Any], None] = field(default=remember_nothing, metadata={"reports": True})
 
     def __post_init__(self) -> None:
-        """Checks the fields, and converts texts to paths. A wrong value raises a BadArgumentError."""
+        """Checks the fields, and converts texts to paths.
+
+        Raises:
+            BadArgumentError: A value is invalid.
+        """
         check_fields(self)
 
     def change(self, **settings: Any) -> "Setup":
-        """Returns a copy with changed settings: ``setup.change(learner="kinds_map")``."""
+        """Returns a copy with changed settings, for example ``setup.change(learner="kinds_map")``."""
         return replace(self, settings=replace(self.settings, **settings))
 
     def start_memory(self, observer: int) -> MaterialMemory:
-        """Returns the memory with which an observer begins."""
+        """Returns the initial memory of an observer."""
         learner = self.settings.learner.of_observers([observer])
         if self.known:
             return parse_memory(self.known, learner)
@@ -88,26 +92,27 @@ def run_observers(
     count: int | None = None,
     at_once: int | None = None,
 ) -> xr.Dataset:
-    """Runs ``observe(setup, *inputs, observer)`` for each observer, and joins the datasets.
+    """Calls ``observe(setup, *inputs, observer)`` for each observer, and joins the datasets.
 
-    A finished observer is stored. It runs again only after a change of seed, settings, inputs, arm, libraries, this
-    program, or the Python files in the folders of ``observe`` and its inputs.
+    The results of each observer are stored. They are computed again only after a change of seed, settings, inputs,
+    arm, libraries, this program, or Python files in the folders of ``observe`` and its inputs.
 
     Args:
         name: Name of the experiment, and of its folder within the folder of results.
         setup: Setup of the experiment.
-        observe: Function that runs one observer. All its datasets have the same variables, dimensions and
+        observe: Function that simulates one observer. All datasets must have the same variables, dimensions and
             coordinates.
         inputs: Further arguments of ``observe``, the same for all observers.
-        follows_from: Values from which the inputs are computed, and functions that compute them; the stored observers
-            depend on these in place of the inputs, if those are large. None for the inputs themselves.
+        follows_from: Values from which large inputs are computed, and functions that compute them. Changes are
+            detected in these instead of the inputs. None to detect changes in the inputs.
         unit: Noun for an observer in the progress bar.
         count: Number of observers; None for the number in the setup.
-        at_once: Largest number of observers that one call of ``observe`` runs. It is then given a list of their
-            numbers, and returns a list of datasets; none of them may depend on other observers. None if a call runs
-            one observer, given its number.
+        at_once: Largest number of observers per call of ``observe``, which then has a list of their numbers as
+            argument and returns a list of datasets. Datasets must not depend on other observers in the list. None if
+            ``observe`` simulates one observer per call.
 
-    Returns: Variables of all observers, with the additional dimension ``observer``.
+    Returns:
+        Variables of all observers, with the additional dimension ``observer``.
     """
     given = (setup.seed, setup.settings, setup.known, inputs if follows_from is None else follows_from)
     programs = (observe, setup.settings.learner, setup.settings.noise, setup.settings.eye, setup.remember)
@@ -131,7 +136,7 @@ def _observe_each(observe: Callable[[int], xr.Dataset], observers: Sequence[int]
 
 
 def _observe(observe: Callable[[Sequence[int]], Sequence[xr.Dataset]], observers: Sequence[int]) -> list[Arrays]:
-    """Runs observers. Returns each observer's arrays by name, with dimensions and attributes as JSON."""
+    """Simulates observers, and returns the arrays of each observer by name."""
     return [_list_arrays(found.reset_coords()) for found in observe(observers)]
 
 
@@ -142,7 +147,7 @@ def _list_arrays(found: xr.Dataset) -> Arrays:
 
 
 def _join(arrays: Arrays) -> xr.Dataset:
-    """Joins the arrays of all observers. Coordinates come from the first observer."""
+    """Joins the arrays of all observers, with the coordinates of the first observer."""
     labels = json.loads(str(arrays[_LABELS][0]))
     data: dict[str, Any] = {}
     coords: dict[str, Any] = {}
@@ -156,5 +161,5 @@ def _join(arrays: Arrays) -> xr.Dataset:
 
 
 def find_excursion(height: xr.DataArray) -> xr.DataArray:
-    """Finds the signed height of largest magnitude over time, [m]."""
+    """Returns the height with the largest absolute value over time, with its sign, [m]."""
     return height.isel(time=abs(height).argmax("time"))

@@ -1,4 +1,4 @@
-"""Results of an experiment, and the files to which they are written."""
+"""Results of an experiment, and their files."""
 
 import datetime
 import logging
@@ -40,21 +40,21 @@ class Results:
     """Data, numbers, claims, figures and texts of an experiment.
 
     Attributes:
-        title: Heading of its section in the report.
-        summary: Description of the run, in a sentence or two.
-        finding: The outcome in one sentence.
+        title: Heading of the section in the report.
+        summary: Description of the run, in one or two sentences.
+        finding: Main result in one sentence.
         data: Measurements of all observers, with names, units and meanings.
-        numbers: Numbers of metrics.json.
-        claims: Claims that the numbers decide, each met or not.
-        figures: Caption and drawing function of each figure, by the name of its file.
+        numbers: Numbers for metrics.json.
+        claims: Claims with their test results.
+        figures: Caption and drawing function of each figure, by file name.
         tables: Tables by caption; the index is shown as the first column.
-        remarks: Further sentences.
-        lifts: Table with a row per lift, for lifts.csv; None if there are no lifts.
-        diagram: Function that returns the Diagram that was run; None if there is none.
-        replay: Function that writes the replay to a path; None if there is none.
+        remarks: Additional sentences.
+        lifts: Trial table for lifts.csv, or None.
+        diagram: Function that returns the Diagram of the simulation, or None.
+        replay: Function that writes the replay to a path, or None.
         files: Functions that write further files into the folder, by name.
         seen: Objects whose camera pictures are shown, if features are measured in pictures.
-        learners: Names of the learners that were simulated; empty for the learner of the settings.
+        learners: Names of the simulated learners; empty for the learner of the settings.
         order: Sort key of the section in the report.
     """
 
@@ -79,13 +79,13 @@ class Results:
 def write_results(results: Results, name: str, setup: Setup, start: float) -> None:
     """Writes the data, numbers, figures and report section of an experiment.
 
-    ``metrics.json`` is written last, so it marks a complete run.
+    The file ``metrics.json`` is written last and marks a complete run.
 
     Args:
         results: Results.
         name: Name of the experiment, and of its folder within the folder of results.
         setup: Setup of the experiment.
-        start: Start of the run on the clock ``time.perf_counter``, [s].
+        start: Start time of the run, from ``time.perf_counter``, [s].
     """
     folder = setup.out / name
     _warn(name, results.numbers)
@@ -114,7 +114,7 @@ def write_results(results: Results, name: str, setup: Setup, start: float) -> No
 
 
 def _list_steps(results: Results, folder: Path, setup: Setup) -> dict[str, Callable[[], object]]:
-    """Lists functions that write the files of an experiment, by name. Section and numbers are excluded."""
+    """Lists functions that write the files of an experiment, except section and numbers, by name."""
 
     def write_data(path: Path) -> None:
         assert isinstance(results.data, xr.Dataset)
@@ -144,7 +144,7 @@ def _save(draw: Callable[[], Figure], folder: Path, file: str) -> None:
 
 
 def _describe(results: Results, written: Sequence[str], setup: Setup) -> Section:
-    """Describes the results as a section of the report, with the available figures."""
+    """Builds the section of the report with the available figures."""
     others = {
         "seen": getattr(setup.settings.eye, "caption", ""),
         "diagram": "Drake Diagram of the simulation, drawn from its connections.",
@@ -181,7 +181,7 @@ def _describe(results: Results, written: Sequence[str], setup: Setup) -> Section
 
 
 def describe_faults(faults: Faults) -> str:
-    """Describes the active faults in a sentence. The text is empty without faults."""
+    """Describes the active faults of arm and sensors; empty without faults."""
     active = [
         f"{each.name} {getattr(faults, each.name)}"
         for each in fields(Faults)
@@ -196,7 +196,7 @@ def describe_faults(faults: Faults) -> str:
 
 
 def describe_setup(settings: Settings, learners: Sequence[str] = ()) -> dict[str, Any]:
-    """Describes arm, models, learners and changed settings for the report."""
+    """Lists arm, models, learners and changed settings for the report."""
     folder = settings.arm.parent
     return {
         "arm": settings.arm.name,
@@ -207,7 +207,7 @@ def describe_setup(settings: Settings, learners: Sequence[str] = ()) -> dict[str
 
 
 def _warn(name: str, numbers: Mapping[str, Any]) -> None:
-    """Logs rejected samples, and 5-sigma outliers. The last object, the decoy, does not count as an outlier."""
+    """Logs the numbers of rejected samples and 5-sigma outliers, without the last object, the decoy."""
     rejected = numbers.get("samples_rejected_test", numbers.get("samples_rejected"))
     outliers = numbers.get("trials_outlier_test", numbers.get("trials_outlier"))
     if rejected is None or outliers is None or not hasattr(outliers, "__len__"):

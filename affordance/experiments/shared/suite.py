@@ -1,4 +1,4 @@
-"""Runs experiments into one folder, and writes a report on them."""
+"""Runs several experiments, and writes their results and a report to one folder."""
 
 import importlib
 import logging
@@ -33,17 +33,17 @@ from affordance.version import find_commit
 _LOG = logging.getLogger(__name__)
 
 
-# The paper's simulations, in order; each is a module of the folder above.
+# Simulations of the paper; each is a module of the package ``affordance.experiments``.
 OF_THE_PAPER = ("weight", "com", "reach", "hammer")
 
 
 class SuiteResult(NamedTuple):
-    """Outcome of running several experiments.
+    """Results of several experiments.
 
     Attributes:
         report: Path of the report, an HTML page.
-        left_out: Reason why an experiment could not be done, by name.
-        findings: Finding of each experiment that was done, in a sentence, by name.
+        left_out: Reason for each experiment that could not be run, by name.
+        findings: Main result of each other experiment in one sentence, by name.
     """
 
     report: Path
@@ -52,10 +52,14 @@ class SuiteResult(NamedTuple):
 
 
 def find_experiment(name: str) -> Experiment:
-    """Returns one of the paper's experiments by name. An unknown name raises a BadArgumentError."""
+    """Returns an experiment of the paper by name.
+
+    Raises:
+        BadArgumentError: The name is unknown.
+    """
     if name not in OF_THE_PAPER:
         raise BadArgumentError("experiment", "", describe_choice(name, OF_THE_PAPER))
-    # Imported here, so that nobody waits for the others.
+    # The import is deferred to save the time of importing all experiments.
     experiment: Experiment = importlib.import_module(f"affordance.experiments.{name}").EXPERIMENT
     return experiment
 
@@ -69,26 +73,26 @@ def run_suite(
 ) -> SuiteResult:
     """Runs experiments, and writes a report on all results in a folder.
 
-    Among several experiments, impossible ones are left out, and named in the log and the report.
+    Experiments that cannot be run are skipped if there are others. Log and report contain the reason.
 
     Args:
-        names: Name of one of the paper's experiments, or names of several; or other experiments, by name.
-        setup: Setup of all experiments; each writes to a subfolder of its name in the folder of results.
-        begin: Function called before the first run, with the names of the experiments that can be done.
-        announce: Function called with the path of the report after the first of several experiments.
+        names: One or several names of experiments of the paper, or a mapping of other experiments by name.
+        setup: Setup of all experiments. Each writes to a subfolder in the folder of results.
+        begin: Function that is called before the first run with the names of all experiments that can be run.
+        announce: Function that is called with the path of the report after the first of several experiments.
 
     Raises:
-        BadValueError: There is no such experiment, a file of the models is wrong, or the folder cannot be written to.
-            Nothing was written.
+        BadArgumentError: There is no experiment of this name.
+        BadValueError: A file of the models is invalid, or the folder cannot be written to. Nothing was written.
         ModelFileError: The arm cannot be loaded or used. Nothing was written.
         SeeingError: Features cannot be extracted from a picture, which was saved in OUT/frames.
-        AffordanceError: No experiment can be done; the message gives the reason for the first one.
+        AffordanceError: No experiment can be run. The message contains the reason for the first.
     """
     names = (names,) if isinstance(names, str) else names
     check_kind("setup", setup, Setup)
     known = names if isinstance(names, Mapping) else {name: find_experiment(name) for name in names}
-    check_folder(setup.out)  # before planning, which takes minutes
-    find_commit()  # now, as it is cached: the commit of the code that runs, not of the files at the end
+    check_folder(setup.out)  # checked before planning, which takes minutes
+    find_commit()  # cached now, because files may change during the run
     if setup.settings.faults.stuck_joint:  # the arm must have this joint
         setup.settings.faults.find_stuck(load_arm(setup.settings.arm).joint_names)
     left_out: dict[str, AffordanceError] = {}
@@ -128,19 +132,22 @@ def run_suite(
                 announce(report)
     reasons = {name: str(error) for name, error in left_out.items()}
     for name in reasons:
-        remove_section(setup.out / name)  # left by an earlier run, perhaps with other models
+        remove_section(setup.out / name)  # may remain from an earlier run with other models
     note_left_out(setup.out, reasons, done=list(findings))
     return SuiteResult(write_report(setup.out), reasons, findings)
 
 
 def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:
-    """Runs one observer and the whole analysis into a temporary folder. The analysis includes figures and report.
+    """Tests an experiment with one observer, whose figures and report are written to a temporary folder.
 
-    The observer is stored, so it does not run again. A ``run`` that does not return Results raises a BadValueError.
+    The results of the observer are stored for the actual run.
+
+    Raises:
+        BadValueError: The function ``run`` does not return Results.
     """
     one, start = replace(setup, observers=1, jobs=1), time.perf_counter()
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
-        warnings.simplefilter("ignore")  # from statistics over a single observer
+        warnings.simplefilter("ignore")  # statistics of a single observer cause warnings
         results = experiment.run(one)
         if not isinstance(results, Results):
             raise BadValueError(f"{name}.py", "run", f"returns a {type(results).__name__}, must return Results")
@@ -148,7 +155,7 @@ def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:
 
 
 def _read(name: str, experiment: Experiment, setup: Setup) -> None:
-    """Checks that a setup allows an experiment, and reads its files."""
+    """Checks that an experiment can be run with a setup, and reads its files."""
     lacks = read_lacks(setup.models)
     for need in experiment.needs:
         if need in lacks:

@@ -1,4 +1,4 @@
-"""Figures of advice: costs, torque demands, pictures, and worths of holds."""
+"""Figures of advice: pictures and costs of options, and worths of holds."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,17 +26,17 @@ _LABELS = {
 }
 # Size of the picture, [pixels].
 _WIDTH, _HEIGHT = 420, 480
-_NAME_WIDTH = 26
-# Number of options rendered in the hand: the best, and the second best for comparison.
+_NAME_WIDTH = 22
+# Number of rendered options: the best and the second best.
 _PICTURES = 2
-# Figure of holds: height of a row and of everything else, [inch], and characters per line of its title.
+# Figure of holds: height per row, height of margins, [inch], and characters per line of the title.
 _ROW, _REST, _TITLE = 0.35, 1.6, 100
 
 
 def render_choice(directives: Path, ranking: Ranking, tools: dict[str, Tool]) -> list[Image]:
     """Renders the arm with each of the best options at the start of the task.
 
-    The list is empty if there is no renderer.
+    Returns: Pictures; none if no renderer is available.
     """
     shown = ranking.ranked[: min(ranking.num_usable, _PICTURES)]
     gripped = [tools[each.option.object_name].list_gripped()[each.option.grip] for each in shown]
@@ -48,10 +48,10 @@ def render_choice(directives: Path, ranking: Ranking, tools: dict[str, Tool]) ->
 
 
 def draw_advice(content: Content, pictures: Sequence[Image]) -> Figure:
-    """Plots a ranking: pictures of the best options, costs, and probabilities of being best."""
+    """Plots pictures of the best options, costs, and probabilities of being best."""
     shown = [each for each in content["options"] if each["cost"]["mean"] is not None]
-    figure = Figure(figsize=(15.0, max(4.0, 1.6 + 0.45 * len(shown))))
-    widths = (*[1.0] * _PICTURES, 1.3, 0.6)
+    figure = Figure(figsize=(11.0, max(4.0, 1.6 + 0.45 * len(shown))))
+    widths = (*[0.8] * _PICTURES, 1.3, 0.6)
     *of_pictures, of_cost, of_probability = figure.subplots(1, _PICTURES + 2, width_ratios=widths)
     for axes, picture, each in zip(of_pictures, pictures, content["options"], strict=False):
         axes.imshow(picture)
@@ -69,7 +69,7 @@ def draw_advice(content: Content, pictures: Sequence[Image]) -> Figure:
     of_cost.set_xlabel(f"{_LABELS[by]}, mean and 90 % interval")
     of_probability.barh(places, [each["p_best"] for each in shown], color=colours, height=0.6)
     of_probability.set_yticks(places, [""] * len(shown))
-    of_probability.set(xlabel="probability of being best", xlim=(0.0, 1.0))
+    of_probability.set(xlabel="probability of\nbeing best", xlim=(0.0, 1.0), xticks=(0.0, 0.5, 1.0))
     tidy(of_cost, of_probability)
     return figure
 
@@ -84,10 +84,7 @@ def _draw_bars(axes: Axes, places: Array, values: Array, errors: Array, colours:
 
 
 def draw_holds(content: Content) -> Figure:
-    """Plots the worth of holding each of K objects.
-
-    Also plots how each hold changes the probability of the right choice.
-    """
+    """Plots the worth of holding each object, and the probability that the choice is the best after holding it."""
     ranked, places = content["ranked"], np.arange(float(len(content["ranked"])))
     figure = Figure(figsize=(11.0, _REST + _ROW * max(len(ranked), 3)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(2.0, 1.0))

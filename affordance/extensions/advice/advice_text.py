@@ -1,7 +1,4 @@
-"""Formats advice on tools.
-
-The text is built only from the content that ``--json`` prints.
-"""
+"""Formats advice on tools from the same content that ``--json`` prints."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -23,12 +20,15 @@ from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import break_line, format_known, format_number, tabulate_within
 
-# Content of advice, or a part of it, as in its JSON.
+# Advice, or a part of it, in the format of the JSON output.
 type Content = Mapping[str, Any]
 
 
 def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:
-    """Returns a function that names the material of a colour. It is one that the tools show, or else the nearest."""
+    """Returns a function that names the material of a colour.
+
+    If no part of the tools has this colour, the function names the material with the most similar colour.
+    """
     shown: dict[Colour, str] = {
         part.looks_like.colour: part.looks_like.name for tool in tools for part in tool.components
     }
@@ -37,7 +37,7 @@ def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> 
 
 
 def build_content(ranking: Ranking, reasons: Reasons | None, names: Callable[[Colour], str]) -> dict[str, Any]:
-    """Builds the content of a ranking. Infinite numbers become None.
+    """Builds the JSON content of a ranking, with None for infinite numbers.
 
     Args:
         ranking: Ranking with at least one usable option.
@@ -77,8 +77,8 @@ def build_content(ranking: Ranking, reasons: Reasons | None, names: Callable[[Co
 
 
 def _build_reasons(ranking: Ranking, reasons: Reasons, names: Callable[[Colour], str]) -> dict[str, Any]:
-    # In pictures, parts of one material can have several colours: their shares are added, and of their changes in one
-    # direction the most probable is kept.
+    # In pictures, one material can have several colours. Their shares are added, and only the most probable change in
+    # each direction is kept.
     shares: dict[str, float] = {}
     for each in reasons.shares:
         shares[names(each.colour)] = shares.get(names(each.colour), 0.0) + each.share
@@ -113,8 +113,8 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-# What the text mentions: a material with at least this share of the uncertainty, and a change of the choice with at
-# least this probability; in the first sentence, a change with at least the last of the three.
+# Thresholds for mentioning facts in the text: share of a material in the uncertainty, probability of a change of the
+# choice, and probability of a change that is mentioned in the first sentence.
 _LEAST_SHARE, _LEAST_PROBABILITY, _NOTABLE = 0.05, 1e-3, 0.05
 _BY = {
     Criterion.WORK: "the joints' expected work",
@@ -123,15 +123,17 @@ _BY = {
     Criterion.GRIP: "the wrench that the grip must hold (95 % quantile)",
 }
 _COST_TITLES = {Criterion.EFFORT: "effort (N²m²s)", Criterion.GRIP: "wrench as a force (N)"}
-# Columns of the table, and those to drop if it is too wide, in this order.
+# Columns of the table, and the order in which columns are dropped if the table is too wide.
 _WORK, _COST, _BEST, _FEASIBLE, _SHARE, _FORCE, _MOMENT = range(1, 8)
 _LESS_IMPORTANT = (_MOMENT, _FORCE, _SHARE, _FEASIBLE, _WORK)
 
 
 def describe_advice(content: Content, width: int = 0) -> list[str]:
-    """Formats the content of advice as lines, including a table.
+    """Formats advice as a main sentence, a table, and reasons.
 
-    The first line is the main sentence; ``width`` limits the table.
+    Args:
+        content: Content of the advice.
+        width: Width of the terminal, which limits the table; 0 for no limit.
     """
     knowledge = describe_knowledge(content)
     title = f"{content['task']} with {content['robot']}, compared by {_BY[Criterion(content['by'])]}; {knowledge}"
@@ -145,10 +147,7 @@ def describe_advice(content: Content, width: int = 0) -> list[str]:
 
 
 def describe_choice(content: Content) -> str:
-    """Describes the choice in one sentence.
-
-    The sentence names the option, its cost, its certainty, and what would change it.
-    """
+    """Describes the chosen option in one sentence, with its cost, certainty, and most probable alternative."""
     by, options = Criterion(content["by"]), content["options"]
     best, better = options[0], max(options, key=lambda each: each["p_best"])
     num_usable = sum(each["usable"] for each in options)
@@ -175,7 +174,7 @@ def describe_choice(content: Content) -> str:
 
 
 def describe_knowledge(content: Content) -> str:
-    """Describes the sources of the belief about materials, and the spread of objects."""
+    """Describes the sources of the belief about materials, and the variability of objects."""
     known, learned, unknown = (
         ", ".join(map(_name_material, content[key])) for key in ("known", "learned", "unknown")
     )
@@ -206,7 +205,10 @@ def _name_material(name: str) -> str:
 
 
 def _tabulate(content: Content, width: int) -> list[str]:
-    """Formats the options as a table. ``width`` limits it; intervals are 90 %, peaks are 95 % quantiles."""
+    """Formats the options as a table of at most ``width`` characters.
+
+    Intervals cover 90 %. Peak forces and moments are 95 % quantiles.
+    """
     of_cost = _COST_TITLES.get(Criterion(content["by"]), "")
     rows = [["", "work (J)", of_cost, "P(best)", "P(feasible)", "torque share", "force (N)", "moment (N m)"]]
     inner, notes = max(width - 2, 1) if width else 0, []
@@ -267,7 +269,7 @@ def _name(option: Content) -> str:
 
 
 def name_option(tool: str, grip: str, alike: Sequence[str]) -> str:
-    """Names an option: "the mallet by its head", "the mallet choked", "the rod by either end"."""
+    """Names a tool and its grip: "the mallet by its head", "the mallet choked", "the rod by either end"."""
     if alike:
         ends = [grip, *alike]
         how = "by either end" if len(alike) == 1 else f"by any of {', '.join(ends[:-1])} and {ends[-1]}"

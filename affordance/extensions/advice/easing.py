@@ -1,4 +1,4 @@
-"""Suggests a lighter tool or an easier task if a task is infeasible."""
+"""Suggestion of a lighter tool or an easier task if no tool can do a task."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from affordance.exceptions import name_gripped
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
-# Number of samples of the belief, and of bisection steps for the fraction of a tool's weight.
+# Number of samples of the belief, and number of bisection steps for the weight of a feasible tool.
 _NUM_SAMPLES, _HALVINGS = 1000, 7
 
 
@@ -26,10 +26,9 @@ def explain_failure(
     bounds: GripBounds,
     rng: np.random.Generator,
 ) -> str:
-    """Explains why no option of a ranking is usable, and suggests a remedy.
+    """Explains why no option of a ranking is usable, and suggests a lighter tool or an easier task.
 
-    The remedy is a lighter tool, or the first easier task that works. If neither works, the text names the easiest
-    task that was tried.
+    If both remain infeasible, the text describes the easiest task that was tried.
     """
     nearest = ranking.ranked[0]
     said = f"no tool can do the task; nearest is {name_gripped(nearest.option.name)}: {nearest.infeasible_reason}"
@@ -57,9 +56,9 @@ def _can_do(plan: OptionCost, pi: Array, bounds: GripBounds) -> bool:
 
 
 def _find_share(plan: OptionCost, pi: Array, bounds: GripBounds) -> float:
-    """Finds the largest fraction of a tool's inertia that allows the task.
+    """Finds the largest factor in [0, 1) for scaling a tool's inertia so that the task becomes feasible.
 
-    The fraction is 0 if no such tool exists.
+    Returns 0 if the task is infeasible even for the smallest factor tried.
     """
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):

@@ -18,16 +18,15 @@ from affordance.vision.eye import measure_drawing
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.prediction import measure_geometry
 
-# Number and seed of the evenly spread samples of a belief, which give the ends of intervals to about 0.1 %. They are
-# the same for every caller.
+# Number and seed of evenly spread samples. Ends of intervals are accurate to about 0.1 %.
 _NUM_SAMPLES, _SEED = 10_000, 0
 
 
 class ExpectedBody(NamedTuple):
-    """Expected inertia of an object or part, in the axes of the object's frame.
+    """Expected inertia of an object or part in the object frame.
 
     Attributes:
-        name: Name of the object, or of the material that the part looks like; its colour if seen in a picture.
+        name: Name of the object or, for a part, of its apparent material; in pictures, the name of the part's colour.
         mass: Mass, [kg].
         com: Coordinates of the centre of mass, [m].
         inertia: Moments Ixx, Iyy, Izz and products Ixy, Ixz, Iyz about the centre of mass, [kg m^2].
@@ -40,11 +39,11 @@ class ExpectedBody(NamedTuple):
 
 
 class Expectation(NamedTuple):
-    """Expected inertia of an object and its parts: means and 90 % intervals.
+    """Expected inertia of an object and its parts, as means and 90 % intervals.
 
     Attributes:
-        whole: The whole object.
-        parts: Parts of the tool, in the order of its components.
+        whole: Expected inertia of the whole object.
+        parts: Expected inertia of each part, in the order of the tool's components.
         surprises: Weighings that contradict the drawing and the materials.
 
     Example:
@@ -58,7 +57,7 @@ class Expectation(NamedTuple):
 
     whole: ExpectedBody
     parts: tuple[ExpectedBody, ...]
-    surprises: tuple[Surprise, ...] = ()  # weighings that contradict drawing and materials
+    surprises: tuple[Surprise, ...] = ()
 
 
 def expect(
@@ -67,15 +66,15 @@ def expect(
     settings: Settings = DEFAULT_SETTINGS,
     features: Sequence[ComponentFeatures] | None = None,
 ) -> Expectation:
-    """Computes the inertia expected of an object from its appearance and its weighings, before it is held.
+    """Predicts the inertia of an object from its appearance and weighings, before it is held.
 
-    A weighing is evidence about the densities and about the errors of the drawing, as the mass depends on both.
+    Weighings update both the densities and the errors of the drawing.
 
     Args:
-        tool: Object that is looked at; its true densities are not used.
-        memory: Belief about materials, such as that of ``TrialRunner.start_memory`` or a lasting memory's ``recall``.
-        settings: Settings; only the prior of materials that were never met is used.
-        features: Observed shapes of its parts; None for those of the drawing, with their errors.
+        tool: Seen object; its true densities are not used.
+        memory: Belief about materials, for example from ``TrialRunner.start_memory`` or ``Ledger.recall``.
+        settings: Settings; only the prior of unknown materials is used.
+        features: Observed shapes of the parts; None for the shapes and errors of the drawing.
 
     Raises:
         BadArgumentError: An argument has the wrong type.
@@ -110,7 +109,7 @@ def expect(
 
 
 def _summarise(name: str, pi: Array) -> ExpectedBody:
-    """Summarises samples of the ten parameters, (S, 10)."""
+    """Summarises samples of the ten inertial parameters, (S, 10)."""
     mass = pi[:, 0]
     com = pi[:, 1:4] / np.where(mass > 0.0, mass, np.nan)[:, None]
     com = np.where(np.isfinite(com), com, np.nanmean(com, axis=0))  # a sample without mass has no centre of mass
@@ -125,16 +124,15 @@ def _summarise(name: str, pi: Array) -> ExpectedBody:
     )
 
 
-# Columns to drop if the table is too wide, in this order: moments, then y, z and x.
+# Order in which columns are dropped if the table is too wide: moments, then y, z and x of the centre of mass.
 _LESS_IMPORTANT = (7, 6, 5, 3, 4, 2)
 _HEADER = ("", "mass (kg)", "x (mm)", "y (mm)", "z (mm)", "Ixx (kg cm²)", "Iyy", "Izz")
-# Intervals narrower than this fraction of the mean, or than this length, [m], are not shown, because drawings
-# themselves are no more precise.
+# Smallest intervals that are shown, as a fraction of the mean and as a length, [m]. Drawings are not more precise.
 _EXACT, _EXACT_LENGTH = 0.02, 1e-3
 
 
 def build_expectations(expected: Sequence[Expectation]) -> list[dict[str, Any]]:
-    """Builds the JSON content of expected inertias of objects and parts, in SI units. The order is kept."""
+    """Builds the JSON content of expected inertias, in SI units and in the given order."""
     return [{**_build(each.whole), "parts": [_build(part) for part in each.parts]} for each in expected]
 
 
@@ -151,12 +149,14 @@ def _build(body: ExpectedBody) -> dict[str, Any]:
 def describe_expectations(
     content: Sequence[Mapping[str, Any]], width: int = 0, *, by_part: bool = False
 ) -> list[str]:
-    """Formats the content of ``build_expectations``, one line per object.
+    """Formats expected masses, centres of mass and moments of inertia as a table.
 
-    A line lists masses, centres of mass and moments.
+    Moments are about the centre of mass; all axes are parallel to the object frame.
 
-    With ``by_part`` each part has a line too. Centres of mass, and moments of inertia about them, are in the axes of
-    the object's own frame.
+    Args:
+        content: Content from ``build_expectations``.
+        width: Width of the terminal, which limits the table; 0 for no limit.
+        by_part: True to add one line per part.
     """
     rows = [list(_HEADER)]
     for each in content:

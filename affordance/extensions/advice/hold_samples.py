@@ -1,11 +1,11 @@
-"""Samples of the belief before a hold, which allow for one odd object.
+"""Samples of the belief before a hold, allowing for one odd object.
 
-An object can look like one material and be made of another (a decoy). A priori, each held object is odd with
-probability ``ODD``. An odd object is no evidence about its apparent materials. The belief about them comes from the
-other objects, and the odd object's densities have the prior of any material. The hypotheses, each with at most one
-odd object, are weighted by their evidence. A single object of a material cannot contradict itself. If two objects
-differ, either may be odd, and a third object decides. A learner with kinds judges oddness itself; then the only
-member of a kind may be odd.
+An object is odd if it is made of another material than it looks like (a decoy). Each held object is odd with prior
+probability ``ODD``. An odd object carries no evidence about its apparent materials, and its densities have the prior
+of an unknown material. Each hypothesis assumes at most one odd object and is weighted by its marginal likelihood. If
+two objects of one apparent material differ, either can be odd, and a third object decides. A single object of a
+material cannot be identified as odd. A learner with several kinds per colour detects odd objects itself. For such a
+learner, only an object that is the sole member of its kind is suspected.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,8 +27,8 @@ from affordance.settings import Settings
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.prediction import measure_geometry
 
-# Prior probability that an object is odd. Its value hardly matters if two objects differ by many standard deviations,
-# and certainty that rests on a single object is checked for any value.
+# Prior probability that an object is odd. Its value hardly matters if two objects differ by many standard deviations.
+# A choice that depends on a single object is checked for any value.
 ODD = 0.01
 # Largest log odds, so that sums of odds stay finite.
 _MOST_LOG_ODDS = 500.0
@@ -38,14 +38,14 @@ class Suspicion(NamedTuple):
     """Hypothesis that one object is odd."""
 
     name: str
-    columns: tuple[int, ...]  # columns of its materials
-    belief: DensityBelief  # belief about materials without this object
-    weight: float  # odds of the hypothesis against the hypothesis that no object is odd
+    columns: tuple[int, ...]  # indices of the object's materials
+    belief: DensityBelief  # belief about materials without the evidence of this object
+    weight: float  # odds against the hypothesis that no object is odd
     number: int  # number of the object in the memory
 
 
 class HoldSamples:
-    """Samples of materials' mean densities, and of objects' deviations from them."""
+    """Samples of the mean densities of materials, and of the densities of individual objects."""
 
     def __init__(
         self,
@@ -55,14 +55,22 @@ class HoldSamples:
         rng: np.random.Generator,
         looks: Mapping[str, Sequence[PartAppearance]] | None = None,
     ) -> None:
-        """Recognises all objects, given by their parts. ``looks`` has the names of held objects."""
+        """Recognises all objects.
+
+        Args:
+            memory: Belief about materials.
+            objects: Parts of each object, by name.
+            settings: Settings; the prior is used.
+            rng: Random generator.
+            looks: Appearances of held objects, by name.
+        """
         prior = settings.prior
         self._objects, self._prior, self._rng = objects, prior, rng
         for parts in objects.values():
             memory = memory.recall([part.appearance for part in parts], prior).memory
         self._memory = memory
-        # Columns of each object by its parts, and by its colours in the order of its densities in the memory; its
-        # number in the memory, if it was held.
+        # For each object: material index of each part, material index of each of its densities in the memory, and its
+        # number in the memory if it was held.
         self._columns: dict[str, list[int]] = {}
         self._own_columns: dict[str, list[int]] = {}
         self._numbers: dict[str, int] = {}
@@ -72,8 +80,7 @@ class HoldSamples:
         self._looks = {**(looks or {}), **named}
         groups = memory.group()
         self._belief = DensityBelief.from_moments(groups.means.mean[0], groups.means.covariance[0])
-        # Columns of the belief that apply to new objects: all except minor kinds of a colour. Below them, the
-        # hypotheses that one of the objects held is odd.
+        # Indices of the densities expected of new objects: all except the less populous kinds of a colour.
         self.common: list[int] = groups.common[0].tolist()
         self.suspicions: list[Suspicion] = []
         if groups.counts is not None:
@@ -82,15 +89,19 @@ class HoldSamples:
             self.suspicions = self._suspect_objects(memory.learner)
         self._own: dict[str, Array] = {}
         self._errors: dict[str, Array] = {}
-        # Samples of the mean densities, (S, M), of each colour or, for a learner with kinds, of each kind; and the
-        # number of the object that is odd in each sample, (S,), or -1.
+        # Samples of the mean density of each colour or kind, (S, M), and number of the odd object in each sample,
+        # (S,), or -1.
         self.mu = np.zeros((0, self._belief.size))
         self._odd = np.zeros(0, dtype=int)
 
     def draw(self, num_samples: int, suspicion: Suspicion | None = None) -> "HoldSamples":
-        """Draws samples from all hypotheses by their probability, and returns itself.
+        """Draws samples of mean densities from the mixture of all hypotheses.
 
-        If a suspicion is given, the evidence of its object is left out.
+        Args:
+            num_samples: Number of samples.
+            suspicion: Object whose evidence is left out; None to use all objects.
+
+        Returns: This instance.
         """
         self._own, self._errors = {}, {}
         weights = np.array([1.0, *(each.weight for each in self.suspicions)])
@@ -107,14 +118,11 @@ class HoldSamples:
         return self
 
     def draw_own(self, name: str) -> Array:
-        """Draws an object's densities given its materials' mean densities, (S, M).
-
-        Every call returns the same draws.
-        """
+        """Draws an object's densities given the mean densities of materials, (S, M). Draws are cached."""
         if name not in self._own:
             deviation, prior, number = self._prior.deviation, self._prior, self._numbers.get(name)
             own = self.mu + deviation * self.mu * self._rng.standard_normal(self.mu.shape)
-            if self._is_odd(name):  # its densities are unrelated to the materials' means
+            if self._is_odd(name):  # its densities do not depend on the means of materials
                 parts = [part.appearance for part in self._objects[name]]
                 recollection = self._memory.recall(parts, self._prior)
                 drawn = recollection.densities.draw_samples(self._rng, len(own))
@@ -126,7 +134,8 @@ class HoldSamples:
                 is_odd = self._odd == number
                 mean[is_odd] = prior.mode
                 sd[is_odd] = np.hypot(prior.sd, deviation * np.hypot(prior.mode, prior.sd))
-                # Bayes' rule with covariance R^2, R = diag(sd): the posterior's is R B^-1 R with B = I + R P R.
+                # Bayes' rule: with prior covariance R^2, R = diag(sd), the posterior covariance is R B^-1 R,
+                # B = I + R P R.
                 P, q = self._find_felt(number)[:2]
                 B = np.eye(len(chosen)) + sd[:, :, None] * P * sd[:, None, :]
                 root = np.swapaxes(np.linalg.cholesky(B), 1, 2)
@@ -137,7 +146,12 @@ class HoldSamples:
         return self._own[name]
 
     def build_geometry(self, name: str, X_TG: Array | None = None) -> Geometry:
-        """Builds an object's geometry with one column per material. The frame is the object's own, or a grip's."""
+        """Builds an object's geometry, with one column per material.
+
+        Args:
+            name: Name of the object.
+            X_TG: Pose of the grip frame; None to use the object frame.
+        """
         geometry = measure_geometry(self._objects[name], self._columns[name], self._belief.size)
         if X_TG is None:
             return geometry
@@ -145,17 +159,14 @@ class HoldSamples:
         return Geometry(grip @ geometry.Phi, grip @ geometry.Phi_errors)
 
     def draw_errors(self, name: str) -> Array:
-        """Draws the measurement errors of an object, in standard deviations, (S, G).
-
-        Every call returns the same draws.
-        """
+        """Draws the geometry errors of an object, in standard deviations, (S, G). Draws are cached."""
         if name not in self._errors:
             count = len(self.build_geometry(name).Phi_errors)
             self._errors[name] = self._rng.standard_normal((len(self.mu), count))
         return self._errors[name]
 
     def list_checks(self, suspicion: Suspicion) -> list[str]:
-        """Lists the objects that share a material with a suspect and were never held."""
+        """Lists objects that were never held and share a material with the suspected object."""
         columns = set(suspicion.columns)
         return [name for name, own in self._columns.items() if name not in self._numbers and columns & set(own)]
 
@@ -164,10 +175,7 @@ class HoldSamples:
         return any(set(suspicion.columns) & set(self._columns[name]) for name in names)
 
     def _recognise(self, name: str, parts: Sequence[ComponentFeatures]) -> None:
-        """Finds the column of each part of an object, and the object in the memory.
-
-        A column belongs to a colour or kind.
-        """
+        """Finds an object in the memory, and the index of the colour or kind of each part."""
         recollection = self._memory.recall([part.appearance for part in parts], self._prior)
         memory, at_hand = recollection.memory, recollection.memory.at_hand
         assert at_hand is not None  # because it was just recalled
@@ -177,12 +185,11 @@ class HoldSamples:
             self._numbers[name] = at_hand.number
 
     def _find_felt(self, number: int) -> Likelihood:
-        """Computes the quadratic log likelihood of a held object's densities from all holds.
+        """Approximates the log likelihood of a held object's densities from all its holds by a quadratic function.
 
-        The approximation agrees with the exact log likelihood at the most probable densities for the prior of any
-        material. Densities drawn with it have means right to 2 % and SDs to 5 % where objects differ by a factor of
-        1.3 (against quadrature); with a factor of 2 SDs are up to 9 % too small, but then it is almost certain that
-        one of them is odd.
+        The expansion point is the posterior mode for the prior of an unknown material. If objects differ by a factor
+        of 1.3, means of the resulting samples are within 2 % and standard deviations within 5 % of quadrature. With a
+        factor of 2, standard deviations are up to 9 % too small, but then one of the objects is almost certainly odd.
         """
         size = len(self._memory.things[number].colours)
         holds = Holds.of(forget_things(self._memory.state, [number]))
@@ -191,13 +198,13 @@ class HoldSamples:
         return felt.find_likelihood(EMPTY_BELIEF.extend(self._prior, size).normals).take(0)
 
     def _find_name(self, number: int) -> str:
-        """Finds the name of a held object, or its number, counted from 1."""
+        """Returns the name of a held object or, without a name, its number, counted from 1."""
         appearance = self._memory.things[number].appearance
         same = (name for name, look in self._looks.items() if is_same_object(appearance, look))
         return next(same, f"object {number + 1}")
 
     def _believe_without(self, one: Suspicion | None, other: Suspicion | None) -> DensityBelief:
-        """Computes the belief about materials without one or two suspects."""
+        """Computes the belief about materials without the evidence of up to two suspected objects."""
         odd = [each for each in (other, one) if each is not None]
         if len({each.number for each in odd}) < 2 or not isinstance(self._memory.learner, OneDensity):
             return odd[0].belief if odd else self._belief
@@ -206,15 +213,14 @@ class HoldSamples:
         return DensityBelief.from_normals(learner.believe(state))
 
     def _is_odd(self, name: str) -> bool:
-        """Returns True if an object's kind is not the most populous one."""
+        """Returns True if a part of the object does not belong to the most populous kind of its colour."""
         return not set(self._columns[name]) <= set(self.common)
 
     def _suspect_objects(self, learner: OneDensity) -> list[Suspicion]:
-        """Lists held objects as suspects, each with the belief without it.
+        """Lists the hypotheses that one held object is odd, for a learner with one density per colour.
 
-        An object is suspected only if it shares a material with these objects. The odds are a ratio of evidence. The
-        numerator is the object's evidence alone, from the prior of any material, times the evidence of all others.
-        The denominator is the evidence of all holds.
+        Only objects that share a material with the candidates matter. With marginal likelihoods, the odds are
+        p(object | unknown material) p(all others) / p(all), times the prior odds.
         """
         found, state, prior = [], self._memory.state, self._prior
         here = {column for own in self._columns.values() for column in own}
@@ -238,9 +244,9 @@ class HoldSamples:
         return found
 
     def _suspect_members(self, groups: Groups) -> list[Suspicion]:
-        """Lists objects that are the only member of a colour's most populous kind.
+        """Lists objects that are the sole member of the most populous kind of their colour.
 
-        The belief without such an object has the prior in place of that kind.
+        Without the object, the belief about this kind is the prior.
         """
         found = []
         memory = self._memory

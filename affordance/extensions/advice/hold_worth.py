@@ -1,18 +1,18 @@
-"""Worth of a hold before a choice: expected reduction of the least expected cost.
+"""Expected value of holding an object before choosing a tool.
 
-If c_i is the cost of option i and y the measurement of the object,
+The worth of a hold is its expected value of sample information. With cost c_i of option i and measured torques y,
 
     worth = min_i E[c_i] - E_y[min_i E[c_i | y]]
 
-E[c_i | y] is estimated by regressing the costs on the measurement, with one simulated measurement per sample of the
-belief (Strong, Oakley, Brennan & Breeze 2015, Medical Decision Making 35:570). The regressors are polynomials in the
-whitened percept. The samples are divided into folds: an option is chosen with a fit to the other folds, and its cost
-is taken from its own fold, because noise between nearly equal options would otherwise count as worth. A poor fit can
-therefore lower a worth but never raise it. Closed forms for normal beliefs and linear costs are wrong for hammering,
-because the effective mass is not linear in densities.
+One measurement is simulated for each sample of the belief, and E[c_i | y] is estimated by regressing the costs on the
+measurements (Strong, Oakley, Brennan & Breeze 2015, Medical Decision Making 35:570). The regressors are polynomials
+in the whitened measurement. Cross-validation keeps noise between nearly equal options from counting as worth: an
+option is chosen with a fit to all other folds and priced in the fold that was left out. A poor fit can therefore only
+lower the worth. The closed form for normal beliefs and linear costs would be wrong for hammering, because the
+effective mass is not linear in the densities.
 
-Worth is not concave: two objects together can be worth more than the sum of both, so pairs and sequences of holds are
-evaluated too.
+Holding two objects can be worth more than the sum of their separate worths. Pairs and sequences of holds are
+therefore evaluated too.
 """
 
 import itertools
@@ -28,45 +28,45 @@ from affordance.plant.arm import JointLimits
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel
 
-# Largest total degree of products of one, two and three variables; products of more are left out. The fit to one
-# percept is thus part of the fit to several. With degree 6 in one variable, worths were up to 60 % too low; from
-# degree 12 on they no longer grow.
+# Largest total degree of monomials in one, two and three variables. Monomials in more variables are left out, so the
+# model for several measurements contains the model for each one. With degree 6 in one variable, worths were up to
+# 60 % too low; beyond degree 12 they do not increase.
 _DEGREES = {1: 12, 2: 6, 3: 3}
-# Number of folds of the samples. A direction of the percept whose singular value is below this fraction of the
-# largest one is taken to carry no information about materials.
+# Number of folds for cross-validation, and smallest singular value of an informative direction of the measurement, as
+# a fraction of the largest.
 _FOLDS, _SEEN = 4, 1e-3
-# A sample for which an option is infeasible costs this many times the mean cost of the most expensive feasible
-# option. With a probability threshold instead, information could have a negative worth.
+# Cost of an infeasible sample, as a multiple of the mean cost of the most expensive feasible option. If options were
+# excluded by a threshold on their feasibility instead, information could have a negative worth.
 _FAILURE = 2.0
-# Percepts are compressed beyond this many standard deviations, so that tails do not dominate the fit.
+# Measurements are compressed beyond this many standard deviations, so that tails do not dominate the fit.
 _TAIL = 3.0
 _TIE = 1e-9
-# Largest number of holds that are planned before the first one is felt.
+# Largest number of holds in a plan.
 _MOST_AHEAD = 4
 
 
 class PossibleHold(NamedTuple):
-    """Object that may be held still, with samples of its densities and geometry errors."""
+    """Object that could be held next, with samples of its densities and geometry errors."""
 
     name: str
-    geometry: Geometry  # in the hand, with one column per colour of the memory (M)
-    densities: Array  # samples of its own densities, (S, M), [kg/m^3]
-    # Samples of its geometry errors, in standard deviations, (S, G). An object that is also an option shares them
-    # with the option, so that a hold is informative about its shape.
+    geometry: Geometry  # in the hand frame, with one column per colour in the memory (M)
+    densities: Array  # samples of the object's own densities, (S, M), [kg/m^3]
+    # Samples of the geometry errors, in standard deviations, (S, G). If the object is also an option of the choice,
+    # both share these samples, so that the hold is informative about its shape.
     errors: Array
 
     def compute_load(self, static: StaticHold) -> Array:
-        """Computes the joint torques of the resting object for each sample, (S, num_joints), [N m]."""
+        """Computes the static joint torques due to the object for each sample, (S, num_joints), [N m]."""
         load: Array = self.geometry.compute_parameters(self.densities, self.errors) @ static.Y.T
         return load
 
     def compute_probability(self, static: StaticHold, limits: JointLimits) -> float:
-        """Computes the probability that the arm can hold the object. Torque limits decide."""
+        """Computes the probability that the arm holds the object within its torque limits."""
         return float((limits.compute_loads(static.tau_arm + self.compute_load(static)) <= 1.0).all(axis=1).mean())
 
 
 class Decision(NamedTuple):
-    """Choice among k options with their costs for S samples."""
+    """Choice among k options, with their costs for S samples."""
 
     name: str
     options: tuple[str, ...]
@@ -76,18 +76,19 @@ class Decision(NamedTuple):
     infeasible_reasons: tuple[str, ...]  # why an option is not usable; empty if it is
 
     def price_failure(self) -> float:
-        """Computes the cost of an infeasible sample. The cost is twice the mean cost of the most expensive option.
+        """Computes the cost of an infeasible sample: twice the mean cost of the most expensive option.
 
-        The cost is 0 if no option is feasible in any sample.
+        It is 0 if no option is feasible in any sample.
         """
         usable = self.feasible & np.isfinite(self.cost)
         means = [row[ok].mean() for row, ok in zip(self.cost, usable, strict=True) if ok.any()]
         return _FAILURE * float(max(means, default=0.0))
 
     def charge(self, failure: float | None = None) -> Array:
-        """Computes the costs, (k, S), with a least cost ``failure`` of infeasible samples.
+        """Computes the costs including penalties for infeasible samples, (k, S).
 
-        None stands for the result of ``price_failure``.
+        Args:
+            failure: Smallest cost of an infeasible sample; None for the result of ``price_failure``.
         """
         usable = self.feasible & np.isfinite(self.cost)
         if not usable.any():
@@ -96,7 +97,7 @@ class Decision(NamedTuple):
         return np.where(usable, self.cost, np.maximum(least, np.where(usable, self.cost, 0.0)))
 
     def mark_best(self) -> Array:
-        """Marks the cheapest feasible option of each sample with 1, (k, S). Ties are divided equally."""
+        """Marks the cheapest feasible option of each sample with 1, (k, S). Equally cheap options share the mark."""
         cost = np.where(self.feasible, self.cost, np.inf)
         least = cost.min(axis=0)
         equal = np.isfinite(cost) & (cost <= least + _TIE * np.abs(least))
@@ -104,51 +105,44 @@ class Decision(NamedTuple):
         return marked
 
     def find_best(self) -> int:
-        """Finds the option of least expected cost, which is the reference of worth.
-
-        Infeasible samples are included.
-        """
+        """Finds the option with the least expected cost, including penalties for infeasible samples."""
         return int(self.charge().mean(axis=1).argmin())
 
     def compute_regret(self, option: int) -> float:
-        """Computes the expected regret of an option.
-
-        The regret is the mean cost minus the mean of each sample's least cost.
-        """
+        """Computes the expected regret of an option: its mean cost minus the mean of the least cost per sample."""
         charged = self.charge()
         return float((charged[option] - charged.min(axis=0)).mean())
 
 
 class Worth(NamedTuple):
-    """Worth of making some holds before choosing."""
+    """Expected value of one or several holds before D decisions."""
 
-    worths: Array  # worth for each decision, at least 0, (D,), in the unit of its cost
-    # Standard error of the total for independent samples; for evenly spread samples it is smaller.
+    worths: Array  # non-negative worth for each decision, (D,), in the unit of the costs
+    # Standard error of the total if samples were independent. For evenly spread samples the error is smaller.
     se: float
     total: float  # sum over decisions
-    p_best_after: Array  # expected probability, after the holds, that the chosen option is the cheapest, (D,)
+    p_best_after: Array  # expected probability that the option chosen after the holds is the cheapest, (D,)
 
 
 def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:
-    """Simulates an object's measurement for each sample.
-
-    The measurement is reduced to its information about materials.
+    """Simulates one torque measurement per sample, and projects it onto directions that are informative of materials.
 
     Args:
         hold: Object.
         static: Arm at rest in the posture of the hold.
         noise: Noise of the joint torques.
-        sd: Standard deviations of the samples of mean densities, (M,), [kg/m^3].
+        sd: Standard deviations of the sampled mean densities, (M,), [kg/m^3].
         rng: Random generator.
 
-    Returns: Numbers of unit variance, (S, r), where r is at most the number of the object's materials.
+    Returns: Projected measurements with unit noise variance, (S, r); r is at most the number of the object's
+        materials.
     """
     load = hold.compute_load(static)
     total = static.tau_arm + load
     scale = noise.compute_sd(total.mean(axis=0))
     felt = load + noise.compute_sd(total.ravel()).reshape(total.shape) * rng.standard_normal(total.shape)
     regressor = static.Y @ hold.geometry.Phi
-    # Everything except the materials' means: errors of torque and geometry, and the object's own deviation.
+    # Covariance of torque noise, geometry errors, and deviations of the object's densities from the material means.
     own = hold.densities - hold.densities.mean(axis=0)
     spread = np.maximum(own.var(axis=0) - sd**2, 0.0)
     covariance = np.diag(scale**2) + regressor * spread @ regressor.T
@@ -162,36 +156,33 @@ def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, r
 
 
 class PricedDecisions:
-    """Decisions with costs, prepared for computing worths.
-
-    Infeasible samples are priced, and samples are in folds.
-    """
+    """Costs of several decisions, divided into folds for cross-validation, with penalties for infeasible samples."""
 
     def __init__(self, decisions: Sequence[Decision]) -> None:
-        """Prepares the costs of decisions, which must have the same samples."""
+        """Prepares the costs of decisions for the same samples."""
         costs = np.concatenate([decision.charge() for decision in decisions]).T
         best = np.concatenate([decision.mark_best() for decision in decisions]).T
-        # For each fold: indices of its samples, costs of all options, (about S / _FOLDS, K), and shares with which
-        # each option is the cheapest of a sample.
+        # For each fold: indices of its samples, costs of all K options, (about S / _FOLDS, K), and marks of the
+        # cheapest option in each sample.
         self.folds = [np.arange(fold, len(costs), _FOLDS) for fold in range(_FOLDS)]
         self.costs = [np.ascontiguousarray(costs[fold]) for fold in self.folds]
         self.best = [np.ascontiguousarray(best[fold]) for fold in self.folds]
-        # Indices at which the options of each decision begin and end, (D + 1,).
+        # Options of decision d have the indices from ends[d] to ends[d + 1], (D + 1,).
         self.ends = np.cumsum([0, *(len(decision.cost) for decision in decisions)])
         sums = np.array([own.sum(axis=0) for own in self.costs])
         others = sums.sum(axis=0) - sums
-        # Index of the option that each decision would choose now, given all folds except one, (_FOLDS, D).
+        # Option with the least mean cost before any hold in all folds except one, (_FOLDS, D).
         self.now = np.array(
             [[a + row[a:b].argmin() for a, b in itertools.pairwise(self.ends)] for row in others], dtype=int
         )
 
 
 def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
-    """Computes the worth of several holds before a choice. The holds' percepts are (S, r) each."""
+    """Computes the joint worth of several holds from their simulated measurements, (S, r) each."""
     Q = _orthonormalise(_expand(np.hstack(percepts)))
     owns = [Q[fold] for fold in priced.folds]
     products = np.array([own.T @ cost for own, cost in zip(owns, priced.costs, strict=True)])
-    # Least squares over all other folds: the contribution of a fold is subtracted from the sums over all.
+    # Least squares on all other folds: the contribution of the left-out fold is subtracted from the total.
     others = np.eye(Q.shape[1]) - np.array([own.T @ own for own in owns])
     inverse = np.linalg.pinv(others, rcond=len(Q) * np.finfo(float).eps, hermitian=True)
     coefficients = inverse @ (products.sum(axis=0) - products)
@@ -210,31 +201,32 @@ def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
 
 
 class Outlook:
-    """Percepts of all possible holds, for the samples that price decisions."""
+    """Search for pairs and sequences of holds with the largest joint worth."""
 
     def __init__(self, felt: Mapping[str, Array], priced: PricedDecisions) -> None:
-        """Stores each object's percept, (S, r), by name."""
+        """Stores the simulated measurements of each object, (S, r), by name."""
         self._felt, self._priced = felt, priced
 
     def find_best_pair(self, names: Sequence[str]) -> tuple[tuple[str, str] | None, float]:
         """Finds the two objects with the largest joint worth.
 
-        Returns them with their worth, or None if no pair has a worth.
+        Returns: Names and joint worth; None and 0 if no pair has a positive worth.
         """
         worths = {pair: self._measure(pair).total for pair in itertools.combinations(names, 2)}
         best = max(worths, key=lambda pair: worths[pair], default=None)
         return (best, worths[best]) if best and worths[best] > 0.0 else (None, 0.0)
 
     def look_ahead(self, names: Sequence[str], settled: Array, least: float) -> tuple[tuple[str, ...], Array]:
-        """Plans a sequence of holds greedily. Each step adds the object with the largest joint worth.
+        """Plans a sequence of holds greedily by adding the object with the largest joint worth.
+
+        The plan ends when all choices are settled or no further hold adds enough worth.
 
         Args:
             names: Names of the first holds.
-            settled: Probability from which each choice counts as settled, (D,); the plan ends when all are.
-            least: Least worth that a further hold must add.
+            settled: Smallest probability of being the best for a settled choice, (D,).
+            least: Smallest worth that a further hold must add.
 
-        Returns: Names of the holds in order, at most a few, and the expected probability, after them, that each
-            choice is the best, (D,).
+        Returns: Names of the holds in order, and expected probability after them that each choice is the best, (D,).
         """
         order = list(names)
         worth = self._measure(order)
@@ -254,9 +246,14 @@ class Outlook:
 def compute_information(
     hold: PossibleHold, static: StaticHold, noise: NoiseModel, covariance: Array, common: Sequence[int] | None = None
 ) -> float:
-    """Computes a hold's information about materials, [nat].
+    """Computes the expected information of a hold about mean densities, [nat].
 
-    ``covariance`` belongs to the mean densities, (M, M). ``common`` selects its columns; None selects all.
+    Args:
+        hold: Object.
+        static: Arm at rest in the posture of the hold.
+        noise: Noise of the joint torques.
+        covariance: Covariance of the mean densities, (M, M).
+        common: Indices of the densities of interest; None for all.
     """
     rho = hold.densities.mean(axis=0)
     regressor = static.Y @ hold.geometry.Phi
@@ -264,7 +261,7 @@ def compute_information(
     R = np.diag(noise.compute_sd(static.tau_arm + regressor @ rho) ** 2) + regressor * spread @ regressor.T
     R += static.Y @ hold.geometry.compute_covariance(rho) @ static.Y.T
     chosen = range(len(covariance)) if common is None else common
-    # Posterior covariance C - C A^T (A C A^T + R)^-1 A C of the selected columns.
+    # Posterior covariance C - C A^T (A C A^T + R)^-1 A C of the chosen densities.
     shared = covariance[list(chosen)] @ regressor.T
     before = covariance[np.ix_(chosen, chosen)]
     after = before - shared @ np.linalg.solve(regressor @ covariance @ regressor.T + R, shared.T)
@@ -272,7 +269,7 @@ def compute_information(
 
 
 def _expand(percept: Array) -> Array:
-    """Computes products of up to three percept variables, (S, r). Returns (S, number of products)."""
+    """Computes monomials in up to three variables of the measurement, (S, r). Returns (S, number of monomials)."""
     centred = percept - percept.mean(axis=0)
     t = np.tanh(centred / np.maximum(percept.std(axis=0), np.finfo(float).tiny) / _TAIL)
     columns = [np.ones(len(t))]
@@ -285,7 +282,7 @@ def _expand(percept: Array) -> Array:
 
 
 def _orthonormalise(columns: Array) -> Array:
-    """Computes an orthonormal basis, (S, r), of the span of columns, (S, p). The rank is r."""
+    """Computes an orthonormal basis, (S, rank), of the column space of a matrix, (S, p)."""
     lengths = np.linalg.norm(columns, axis=0)
     Q, R = np.linalg.qr(columns / np.maximum(lengths, np.finfo(float).tiny))
     u, s, _ = np.linalg.svd(R)

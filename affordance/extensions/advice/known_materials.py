@@ -1,4 +1,4 @@
-"""Beliefs about materials before any hold, from handbook densities and weighings."""
+"""Initial beliefs about materials from handbook densities and weighings."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -18,21 +18,21 @@ from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.vision.prediction import measure_geometry
 
-# Smallest standard deviation of a density that is known by name, [kg/m^3].
+# Smallest standard deviation of a handbook density, [kg/m^3].
 _CERTAIN_SD = 1e-3
 
 
 class NamedBelief(NamedTuple):
-    """Belief about the materials of tools, with names by source. Names are in the order of the tools."""
+    """Belief about the materials of tools, and the source of each belief."""
 
     memory: MaterialMemory
-    known: tuple[str, ...]  # materials with their handbook density
-    learned: tuple[str, ...]  # materials for which the memory has evidence; some are known by name too
-    unknown: tuple[str, ...]  # materials with the prior of any material
-    deviation: float  # spread of an object's density about its material's, which is added, as a fraction
+    known: tuple[str, ...]  # materials with a handbook density, in the order of the tools
+    learned: tuple[str, ...]  # materials with evidence in the memory; some have a handbook density too
+    unknown: tuple[str, ...]  # materials with the prior of an unknown material
+    deviation: float  # coefficient of variation of an object's density about the mean of its material
 
     def list_sources(self) -> dict[str, Any]:
-        """Lists names by source, and the added spread, as in the content of advice."""
+        """Builds the JSON content: names by source, and the coefficient of variation between objects."""
         names = {"known": list(self.known), "learned": list(self.learned), "unknown": list(self.unknown)}
         return {**names, "deviation": self.deviation}
 
@@ -44,19 +44,18 @@ def know_by_name(
     prior: Prior,
     names: Collection[str] | None = None,
 ) -> NamedBelief:
-    """Replaces the prior of the tools' materials by handbook densities.
+    """Sets the prior of the tools' materials to handbook densities.
 
-    A part's material is its apparent material, if the materials include it by name, and otherwise the material in the
-    part's entry. Its density has the handbook's mean and spread. Evidence in the memory about its colour is added. If
-    several materials share a colour, their densities are mixed. A memory whose learner has several kinds of a colour
-    is returned unchanged.
+    The material of a part is its apparent material if the handbook has it, otherwise its true material. Evidence in
+    the memory is kept. If several materials share a colour, the prior has the moments of their mixture. If the
+    learner has several kinds per colour, the memory does not change.
 
     Args:
-        memory: Memory of materials.
+        memory: Belief about materials.
         tools: Tools that contain the materials.
-        materials: Handbook, by name.
-        prior: Prior of materials without a name, which the memory started from.
-        names: Names of the known materials; None for all of them, an empty collection for none.
+        materials: Handbook of materials, by name.
+        prior: Prior of unknown materials that the memory was built with.
+        names: Names of the materials to look up; None for all of them.
 
     Raises:
         BadArgumentError: A name is not among the materials.
@@ -81,7 +80,7 @@ def know_by_name(
 
 
 def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Material]], prior: Prior) -> MaterialMemory:
-    """Replaces the prior of known colours by handbook densities, and keeps all evidence."""
+    """Sets the prior of colours to handbook densities, without changing the evidence."""
     by_column: dict[int, list[Material]] = {}
     for colour, material in known:
         column = find_colour_index(memory.colours, colour)
@@ -92,7 +91,8 @@ def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Materia
     for column, alike in by_column.items():
         densities = np.array([each.density for each in alike])
         variance = float(np.mean([max(each.density_sd, _CERTAIN_SD) ** 2 for each in alike]) + densities.var())
-        # Mean and spread are those of positive densities; the belief is the normal distribution that has them there.
+        # Handbook moments describe positive densities. The belief is the normal distribution that has these moments
+        # after truncation at zero.
         ((mean,), (sd,)) = find_untruncated(densities.mean(keepdims=True), np.sqrt([variance]))
         precision[column, column] = 1.0 / sd**2 - 1.0 / prior.sd**2
         information[column] = mean / sd**2 - prior.mode / prior.sd**2
@@ -100,7 +100,13 @@ def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Materia
 
 
 def learn_weighings(memory: MaterialMemory, objects: Mapping[str, Option], prior: Prior) -> MaterialMemory:
-    """Learns from weighings of objects as from holds. Each object is given by one of its options."""
+    """Updates a memory with the weighings of objects.
+
+    Args:
+        memory: Belief about materials.
+        objects: One option of each object, by name.
+        prior: Prior of unknown materials.
+    """
     for option in objects.values():
         if option.weighings:
             recollection = memory.recall([part.appearance for part in option.features], prior)

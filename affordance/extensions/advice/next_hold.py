@@ -1,4 +1,4 @@
-"""Advises which object to hold next before a choice of tools, and when to stop."""
+"""Recommendation of the object to hold next before choosing tools, and stopping rules."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -31,20 +31,20 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.vision.eye import measure_drawing
 
-# A choice counts as settled if it is right with at least this probability.
+# Smallest probability of being the best for an option that counts as a settled choice.
 SETTLED = 0.95
 
 
 class RankedHold(NamedTuple):
-    """Possible hold of an object, and its worth.
+    """Worth of holding an object before choosing tools.
 
     Attributes:
         name: Name of the object.
         worth: Expected reduction in cost, summed over all tasks, in the unit of the cost.
-        worth_se: Standard error of the worth for independent samples; for evenly spread samples it is smaller.
+        worth_se: Standard error of the worth if samples were independent; it is smaller for evenly spread samples.
         worths: Worth for each task.
-        information: Information about materials, [nat].
-        p_best_after: For each task, the expected probability, after the hold, that the choice is the best.
+        information: Information about material densities, [nat].
+        p_best_after: Expected probability for each task that the option chosen after the hold is the best.
         p_held: Probability that the arm can hold the object still within its torque limits.
     """
 
@@ -58,23 +58,22 @@ class RankedHold(NamedTuple):
 
 
 class OpenDecision(NamedTuple):
-    """Current decision for a task.
+    """Decision for a task, given the current belief.
 
     Attributes:
         name: Name of the task.
-        best: Name of the option to take now, the first of a ranking; if none is usable, the one most probably
-            feasible.
-        is_usable: True if that option is usable: feasible with the probability that a ranking requires.
-        p_feasible: Probability that it is feasible.
-        p_best: Probability that it is the best.
-        regret: Expected excess of its cost over the best option's, in the unit of the cost.
-        cost: Expected cost of that option, in the same unit.
-        margin: Expected cost of the second best option minus the best option's; None if there is only one.
+        best: Name of the chosen option; if no option is usable, the option with the highest feasibility.
+        is_usable: True if the chosen option is feasible with a high enough probability.
+        p_feasible: Probability that the chosen option is feasible.
+        p_best: Probability that the chosen option is the best.
+        regret: Expected regret of the chosen option, in the unit of the cost.
+        cost: Expected cost of the chosen option.
+        margin: Difference in expected cost between the chosen option and the next best; None if there is only one.
         p_possible: Probability that at least one option can do the task.
-        alike: Names of grips of the same tool that are equivalent to that option's by symmetry.
-        infeasible_reason: Reason why that option is not usable; empty if it is.
-        rests_on: Names of the objects on which a settled choice depends: without any one of them it would be open.
-            Computed only before the advice to stop.
+        alike: Names of grips of the same tool that are equivalent to the chosen grip by symmetry.
+        infeasible_reason: Reason why the chosen option is not usable; empty if it is usable.
+        rests_on: Names of held objects on which a settled choice depends: without the evidence of any one of them, it
+            would be open. They are computed only if nothing more should be held.
     """
 
     name: str
@@ -92,12 +91,12 @@ class OpenDecision(NamedTuple):
 
     @property
     def is_possible(self) -> bool:
-        """True unless no option can do the task with probability ``SETTLED`` or more."""
+        """False if all options are infeasible with a probability of at least ``SETTLED``."""
         return self.p_possible > 1.0 - SETTLED
 
     @property
     def is_settled(self) -> bool:
-        """True if the choice is settled, or if no option can do the task."""
+        """True if the choice is settled or no option can do the task."""
         return self.p_best >= SETTLED or not self.is_possible
 
 
@@ -105,23 +104,22 @@ class HoldAdvice(NamedTuple):
     """Advice on what to hold next.
 
     Attributes:
-        ranked: Objects that may be held, the most worthwhile first.
+        ranked: Objects that could be held, by decreasing worth.
         decisions: Current decision for each task.
         stop: Reason to hold nothing more: "impossible", "settled" or "not worth its price"; empty if something should
             be held.
         is_settled: First stopping rule: True if every choice is settled.
-        is_below_price: Second stopping rule: True if neither an object nor a pair is worth its price. Pairs are
+        is_below_price: Second stopping rule: True if no object and no pair of objects is worth its price. Pairs are
             considered only while a choice is open.
         price: Price of a hold, in the unit of the cost.
-        pair: Names of the two objects that are worth most together, if no single one is worth its price.
+        pair: Names of the two objects with the largest joint worth, if no single object is worth its price.
         pair_worth: Worth of that pair.
         unit: Unit of costs and worths.
-        plan: Names of the objects to hold in turn, starting with the next one, as far as can be planned before it is
-            felt: until every choice is expected to be settled, or a further hold is not worth its price. Empty if no
-            plan was made, or nothing should be held.
-        p_best_planned: For each choice, the expected probability, after the planned holds, that it is the best.
-        check: Name of the object to hold as a check because a settled choice rests on a single object; empty if it
-            does not, or if no object that may be held would be informative and worth its price.
+        plan: Names of the objects to hold in turn, until every choice is expected to be settled or a further hold is
+            not worth its price. It is empty if no plan was requested or nothing should be held.
+        p_best_planned: Expected probability for each task that the option chosen after the plan is the best.
+        check: Name of an object to hold as a check, because a settled choice depends on a single held object; empty
+            if no check is needed or none is worth its price.
 
     Example:
         >>> from affordance import MODELS, MaterialMemory, Robot, Settings, advise_hold, load_tools
@@ -151,31 +149,31 @@ class HoldAdvice(NamedTuple):
 
     @property
     def next_name(self) -> str:
-        """Name of the object to hold next, even after a stop.
+        """Name of the object to hold next, even if the advice is to stop.
 
-        The object is a check, the first of a pair, or the object of most worth.
+        It is the check, the first object of the pair, or the object with the largest worth, in this order.
         """
         return self.check or (self.pair[0] if self.pair else self.ranked[0].name)
 
     @property
     def rests_on(self) -> tuple[str, ...]:
-        """Names of all objects on which some settled choice depends."""
+        """Names of all held objects on which a settled choice depends."""
         return tuple(dict.fromkeys(name for each in self.decisions for name in each.rests_on))
 
 
-# Number of candidates, by worth and then by information, whose pairs are evaluated before the advice is to stop.
+# Number of best candidates whose pairs are evaluated before advising to stop.
 _MOST_PAIRED = 12
-# An object is not proposed if the arm can hold it with less than this probability.
+# Smallest probability that the arm can hold an object that is recommended.
 _HOLDABLE = 0.05
-# A worth below this fraction of the expected cost is rounding or noise.
+# Smaller worths, as a fraction of the expected cost, are numerical noise.
 _NEGLIGIBLE = 1e-4
-# Number of samples with which a choice is repeated under the hypothesis that an object is odd.
+# Number of samples for repeating a choice without the evidence of one object.
 _NUM_DOUBTED = 500
 _SAMPLES = Whole(100, 100_000)
 
 
 class Question(NamedTuple):
-    """Future task with its options."""
+    """Future task and its options."""
 
     name: str
     choice: Choice
@@ -195,23 +193,23 @@ def advise_hold(
     num_samples: int = 4000,
     seed: int = 0,
 ) -> HoldAdvice:
-    """Advises which object to hold next, so that the right options are chosen.
+    """Recommends the object whose hold improves the choice of tools most.
 
-    Every candidate is held still in the arm's home posture, with its first grip or, without grips, as it is drawn. A
-    candidate that is also an option has the features of that option. All candidates share samples and random numbers,
-    so only the objects differ. An object that the arm can hardly hold has no worth.
+    Each candidate is assumed to be held still in the home posture with its first grip or, without grips, at the
+    origin of its frame. All candidates are compared with the same samples and random numbers. A candidate that the
+    arm can hardly hold has zero worth.
 
     Args:
-        candidates: Objects that may be held, at least one.
-        questions: Tasks and options, at least one.
+        candidates: Objects that could be held, at least one.
+        questions: Tasks and options, at least one. If a candidate is also an option, its shape is as seen there.
         memory: Belief about materials, with the objects that were held.
         settings: Settings of arm, noise and prior.
-        criterion: Criterion by which options are compared; worths have its unit.
+        criterion: Criterion for comparing options, which sets the unit of worths.
         bounds: Largest wrench that the gripper can hold; None for no bounds.
         price: Price of a hold, in the unit of the criterion.
-        looks: Names of the objects that the memory has held, with their looks. One of these objects may be odd, which
-            means made of another material than it looks like.
-        looks_ahead: True to plan a few holds ahead.
+        looks: Names and appearances of the objects that were held. At most one of them is assumed to be odd: made of
+            another material than it looks like.
+        looks_ahead: True to plan several holds ahead.
         num_samples: Number of samples of the belief.
         seed: Seed of the samples.
 
@@ -260,7 +258,7 @@ def advise_hold(
     plan: tuple[str, ...] = ()
     planned = np.zeros(0)
     if looks_ahead and not stop and not check:
-        # A task that no option can do stays impossible, whatever is held.
+        # No hold can settle a task that no option can do.
         settled = np.array([SETTLED if each.is_possible else 0.0 for each in open_decisions])
         plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), settled, least)
     return HoldAdvice(
@@ -282,7 +280,10 @@ def advise_hold(
 def _rank(
     candidates: Sequence[Tool], samples: HoldSamples, decisions: Sequence[Decision], settings: Settings, seed: int
 ) -> tuple[tuple[RankedHold, ...], Outlook]:
-    """Ranks objects by the worth of holding them. Also prepares the samples for planning further ahead."""
+    """Ranks objects by the worth of holding them.
+
+    Returns: Ranked objects, and their simulated measurements for planning several holds.
+    """
     arm, noise = load_arm(settings.arm), settings.noise
     static, priced = StaticHold(arm), PricedDecisions(decisions)
     sd, covariance = samples.mu.std(axis=0), np.atleast_2d(np.cov(samples.mu.T))
@@ -303,7 +304,7 @@ def _rank(
 
 
 def _decide(question: Question, samples: HoldSamples, criterion: Criterion, bounds: GripBounds | None) -> Decision:
-    """Computes the costs of all options of a task for the samples."""
+    """Computes the costs of all options of a task for each sample."""
     parameters: dict[str, Array] = {}
     for option in question.choice.options:
         if option.object_name not in parameters:
@@ -329,10 +330,7 @@ def _find_supports(
     bounds: GripBounds | None,
     chosen: Sequence[OpenDecision],
 ) -> list[list[Suspicion]]:
-    """Finds the objects on which each settled choice depends.
-
-    Without any of these objects, the choice would be open.
-    """
+    """Finds the held objects on whose evidence each settled choice depends."""
     supports: list[list[Suspicion]] = [[] for _ in questions]
     for suspicion in samples.suspicions:
         samples.draw(_NUM_DOUBTED, suspicion)

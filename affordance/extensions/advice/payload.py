@@ -1,4 +1,4 @@
-"""Loads of a task with a point mass instead of a tool, and each joint's torque margin."""
+"""Joint torques and grip wrench of a task with a point mass in the hand."""
 
 from typing import Any
 
@@ -13,20 +13,24 @@ from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.vision.features import ComponentFeatures
 
-# Size of the small body that represents the payload in tasks that need a shape, [m].
+# Semi-axis of the small sphere that represents the payload in tasks that need a shape, [m].
 _POINT = 1e-3
 
 
 def measure_payload(task: TaskCostModel, mass: float, p_HQ: Array, settings: Settings) -> dict[str, Any]:
-    """Computes the loads of a task with a point mass in the hand.
+    """Computes joint torques and the grip wrench of a task with a point mass in the hand.
 
-    The mass is in [kg], its position in the hand's frame (3,), [m].
+    Args:
+        task: Task.
+        mass: Mass of the payload, [kg].
+        p_HQ: Position of the payload in the hand frame, (3,), [m].
+        settings: Settings of the arm.
 
-    Returns: The largest torque of each joint, its limit, and what is left of it (negative if it is exceeded), [N m],
-        NaN for a joint without a limit; and the largest force, [N], and moment, [N m], at the grip.
+    Returns: Largest torque, limit and remaining margin of each joint, [N m]; largest force, [N], and moment, [N m],
+        at the grip. Margins are negative if a limit is exceeded, and NaN for joints without a limit.
 
     Raises:
-        BadValueError: If the task cannot be planned with it.
+        BadValueError: The task cannot be planned with this payload.
     """
     arm = load_arm(settings.arm)
     X = np.eye(4)

@@ -1,12 +1,10 @@
 """Ledger of evidence with one record per trial, and the resulting beliefs.
 
-Trials are added and never changed. Beliefs are recomputed from them in the order of their times, regardless of the
-order in which they were added. A learner learns from one trial after the other; with one density per colour, it
-computes its belief only at the end.
+Trials are added but never changed. Beliefs are not stored: they are recomputed from all trials in chronological
+order, regardless of the order in which trials were added.
 
-The ledger is an SQLite file. A file with a foreign table, index, trigger or view is rejected, so a stranger's file
-cannot make SQLite calculate anything. Nothing derived is stored, except columns for searching, which SQLite computes
-from the record itself.
+The ledger is an SQLite file. For security, files with other tables, indices, triggers or views are rejected. Each
+record is stored as JSON, together with columns for searching that SQLite extracts from the JSON.
 """
 
 import json
@@ -48,15 +46,15 @@ from affordance.plant.serial_chain import ArmOwner
 
 # Largest file, about 200 000 trials, [bytes].
 LARGEST_FILE = 1_000_000_000
-# Time for which a process waits for another one that writes, [s].
+# Longest time to wait while another process writes, [s].
 _PATIENCE = 30.0
 _SQLITE = b"SQLite format 3\x00"
 _SHORTEST_ID = 4
-# Largest number of materials in a memory, and of things: the effort grows with their squares.
+# Largest number of materials and of objects in a memory. Run time grows with their squares.
 MOST_MATERIALS, MOST_THINGS = 200, 5000
 
 
-# Columns that SQLite computes from the record.
+# Columns that SQLite extracts from the record.
 _DERIVED = ", ".join(
     f"{name} TEXT NOT NULL AS (json_extract(content, '$.{name}')) STORED"
     for name in ("id", "time", "robot", "fingerprint", "object", "digest")
@@ -67,20 +65,20 @@ _DEFINITIONS = (
     "CREATE INDEX by_time ON trials (time, id)",
     "CREATE TABLE joins (colour TEXT NOT NULL, meant TEXT NOT NULL)",
 )
-# Of two records of one recording, the one with the earlier time is kept; the digest decides if both have one time.
+# If a recording has two records, the earlier record is kept. Equal times are ordered by digest.
 _INSERT = """INSERT INTO trials (content) VALUES (?) ON CONFLICT (id) DO UPDATE SET content = excluded.content
     WHERE excluded.time || excluded.digest < time || digest"""
 
 
 class Selection(NamedTuple):
-    """Selection of trials that meet all given conditions.
+    """Conditions that a trial must meet to be selected; empty conditions are ignored.
 
     Attributes:
         robot: Name of the robot.
         object_name: Name of the object.
-        since: Earliest selected time, ISO 8601, in UTC unless it has an offset.
-        until: Time before which trials are selected, likewise.
-        trial: Beginning of the id of a trial, at least four digits.
+        since: Earliest time, inclusive, ISO 8601, in UTC unless it has an offset.
+        until: Latest time, exclusive, in the same format.
+        trial: First digits of the id of a trial, at least four.
 
     Example:
         >>> from affordance import Selection
@@ -95,9 +93,9 @@ class Selection(NamedTuple):
     trial: str = ""
 
     def narrow(self) -> tuple[str, list[str]]:
-        """Builds the SQL condition of the selection, and its values.
+        """Builds the SQL condition of the selection.
 
-        The condition is empty if all trials are selected.
+        Returns: Condition, which is empty if all trials are selected, and its values.
 
         Raises:
             BadArgumentError: A time is invalid, or the id of a trial is too short.
@@ -121,10 +119,7 @@ ALL = Selection()
 
 
 class Appended(NamedTuple):
-    """Numbers of new trials, and of records replaced by an earlier one.
-
-    The earlier record is of the same recording.
-    """
+    """Number of new trials, and number of records that an earlier record of the same recording replaced."""
 
     new: int
     replaced: int
@@ -132,23 +127,23 @@ class Appended(NamedTuple):
 
 @dataclass
 class FeltThing:
-    """Felt thing with its geometry in the first trial, and its sources."""
+    """Object that was felt, and a summary of its trials."""
 
-    geometry: Geometry  # with one column for each of its densities
+    geometry: Geometry  # as seen in the first trial, with one column per density
     since: str  # time of the first trial
     trials: int = 0
-    names: dict[str, None] = field(default_factory=dict)  # names under which trials have it
+    names: dict[str, None] = field(default_factory=dict)  # names of the object in trials, in order
     robots: set[str] = field(default_factory=set)
 
     def add(self, trial: TrialEvidence) -> None:
-        """Adds a trial of the thing."""
+        """Adds a trial of the object."""
         self.trials += 1
         self.names[trial.object_name] = None
         self.robots.add(trial.robot)
 
 
 class Experience(NamedTuple):
-    """Memory after all trials, with the sources of each thing in order."""
+    """Memory after all trials, and the trials of each object."""
 
     memory: MaterialMemory
     things: tuple[FeltThing, ...]
@@ -171,7 +166,7 @@ class Ledger:
     """
 
     def __init__(self, place: Path | str, *, create: bool = True) -> None:
-        """Opens the database, and creates its tables if it is new; see ``open_memory``."""
+        """Opens the database and creates missing tables; see ``open_memory``."""
         self.place = _check_place(place, create=create)
         with self._translate("read"):
             self._connection = sqlite3.connect(self.place.absolute(), timeout=_PATIENCE, autocommit=True)
@@ -183,7 +178,7 @@ class Ledger:
             raise
 
     def __enter__(self) -> Self:
-        """Returns the ledger, which is closed at the end of the block."""
+        """Returns the ledger."""
         return self
 
     def __exit__(
@@ -210,23 +205,23 @@ class Ledger:
         self._connection.close()
 
     def append(self, trials: Sequence[TrialEvidence]) -> int:
-        """Adds all trials or, if one is invalid, none.
+        """Adds trials to the ledger.
 
-        A trial that the ledger already has is skipped. If its new record is earlier, it replaces the stored record.
+        If a recording is already in the ledger, only the earlier of the two records is kept.
 
         Args:
             trials: Evidence of the trials, in any order.
 
-        Returns: Number of trials that were new.
+        Returns: Number of new trials.
 
         Raises:
-            BadArgumentError: An argument is not the evidence of a trial.
+            BadArgumentError: An argument is not the evidence of a trial; nothing was changed.
             BadValueError: The database cannot be written; nothing was changed.
         """
         return self.add(trials).new
 
     def add(self, trials: Sequence[TrialEvidence]) -> Appended:
-        """Adds trials like ``append``. Returns the numbers of new trials and of replaced records."""
+        """Adds trials like ``append``, and returns the numbers of new trials and replaced records."""
         for i, trial in enumerate(check_kind("trials", trials, Sequence, "a list of TrialEvidence")):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
         records = (json.dumps(trial.to_dict()) for trial in sorted(trials, key=lambda each: each.time + each.digest))
@@ -237,12 +232,12 @@ class Ledger:
             return Appended(new, self._connection.total_changes - changes - new)
 
     def recall(self, learner: Learner | str = "density", prior: Prior = Prior(), *, seed: Seed = 0) -> MaterialMemory:
-        """Computes a learner's belief after all trials, with joined colours as one.
+        """Computes a learner's belief after all trials. Joined colours are treated as one colour.
 
         Args:
             learner: Learner, or its name.
-            prior: Prior of materials that were never felt.
-            seed: Seed of the learner's random draws, if it makes any.
+            prior: Prior of unknown materials.
+            seed: Seed for learners that draw random numbers.
 
         Raises:
             BadArgumentError: An argument has the wrong type.
@@ -259,7 +254,7 @@ class Ledger:
         return memory
 
     def review(self, prior: Prior = Prior(), learner: Learner = DENSITY) -> Experience:
-        """Computes the belief of a learner with one density per colour, and its sources."""
+        """Computes the belief of a learner with one density per colour, and summarises the trials of each object."""
         things: dict[int, FeltThing] = {}
 
         def describe(trial: TrialEvidence, seen: Seen, columns: Sequence[int]) -> Felt:
@@ -280,7 +275,7 @@ class Ledger:
             return Experience(start_memory(learner).remember(lifts, prior), tuple(things.values()))
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
-        """Lists the selected trials, or all, in the order of their times. Colours are as seen.
+        """Lists the selected trials in chronological order, without replacing joined colours.
 
         Raises:
             BadArgumentError: A time of the selection is invalid, or the id of a trial is too short.
@@ -289,7 +284,7 @@ class Ledger:
         return list(self._read(selection))
 
     def list_names(self) -> tuple[list[str], list[str]]:
-        """Lists the names of all robots, and of all objects."""
+        """Lists the names of all robots and of all objects, in alphabetical order."""
         with self._reads():
             robots, objects = (
                 [name for (name,) in self._connection.execute(f"SELECT DISTINCT {column} FROM trials ORDER BY 1")]
@@ -298,14 +293,14 @@ class Ledger:
             return robots, objects
 
     def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
-        """Counts a robot's trials with a known arm and none of the given fingerprints."""
+        """Counts the trials of a robot whose known fingerprint differs from all given fingerprints."""
         ours = ("", *fingerprints)
         with self._reads():
             condition = f" WHERE robot = ? AND fingerprint NOT IN ({','.join('?' * len(ours))})"
             return self._count(condition, [robot, *ours])
 
     def forget(self, selection: Selection) -> int:
-        """Deletes trials, as if they had never been added.
+        """Deletes the selected trials.
 
         Returns: Number of deleted trials.
 
@@ -320,15 +315,13 @@ class Ledger:
             return int(self._connection.execute(f"DELETE FROM trials{condition}", values).rowcount)
 
     def join(self, pairs: Sequence[tuple[Colour, Colour]]) -> None:
-        """Declares pairs of colours the same, because two cameras see them differently.
+        """Declares pairs of colours to be equal, because two cameras see them differently.
 
-        Earlier declarations are replaced.
-
-        Records do not change: ``recall`` reads the second colour of each pair as the first. Merging copies trials
-        only, as another memory may be of another camera.
+        Earlier declarations are replaced. Records do not change: ``recall`` replaces the second colour of each pair
+        by the first. Declarations are not copied to other memories, which may come from another camera.
 
         Raises:
-            BadValueError: The two colours of a pair count as one already, or no part in the memory has the second.
+            BadValueError: The colours of a pair are already equal, or no part in the memory has the second colour.
         """
         known = {show_colour(part.colour): part.colour for trial in self._read() for part in trial.parts}
         joins: dict[Colour, Colour] = {}
@@ -349,11 +342,11 @@ class Ledger:
             self._connection.executemany("INSERT INTO joins VALUES (?, ?)", rows)
 
     def list_joins(self) -> list[tuple[str, str]]:
-        """Lists the joined colours in hexadecimal. Each pair is a colour, and the colour as which it is read."""
+        """Lists pairs of a colour and its replacement, in hexadecimal."""
         with self._reads():
             rows = self._connection.execute("SELECT colour, meant FROM joins ORDER BY rowid").fetchall()
         if not all(is_colour(str(each)) for row in rows for each in row):
-            raise BadValueError(self.place, "joins", f"names something that is no colour, {COLOUR_FORM}")
+            raise BadValueError(self.place, "joins", f"has an invalid colour, {COLOUR_FORM}")
         return rows
 
     def verify(self) -> list[str]:
@@ -372,14 +365,11 @@ class Ledger:
 
     @contextmanager
     def blame(self, key: str = "") -> Iterator[None]:
-        """Converts numerical errors to a BadValueError with memory and key.
-
-        Such errors arise from evidence that no densities fit.
-        """
+        """Converts numerical errors due to contradictory evidence to a BadValueError with memory and key."""
         try:
             with np.errstate(over="raise", divide="raise", invalid="raise"):
                 yield
-        except BadValueError:  # it names its place
+        except BadValueError:  # it already has a place
             raise
         except (np.linalg.LinAlgError, FloatingPointError, AffordanceError) as error:
             raise BadValueError(self.place, key, f"cannot be learned from: {error}") from error
@@ -388,26 +378,23 @@ class Ledger:
         return int(self._connection.execute(f"SELECT count(*) FROM trials{condition}", values).fetchone()[0])
 
     def _read_records(self, selection: Selection = ALL) -> list[tuple[str, str]]:
-        """Reads ids and records of the selected trials in the order of their times."""
+        """Reads ids and records of the selected trials in chronological order."""
         condition, values = selection.narrow()
         with self._reads():
             query = f"SELECT id, content FROM trials{condition} ORDER BY time, id"
             return self._connection.execute(query, values).fetchall()
 
     def _read(self, selection: Selection = ALL) -> Iterator[TrialEvidence]:
-        """Reads the selected trials in the order of their times. An invalid record raises a BadValueError."""
+        """Reads the selected trials in chronological order. An invalid record raises a BadValueError."""
         return (read_record(self.place, f"trial {key}", text) for key, text in self._read_records(selection))
 
     def _read_joined(self) -> Iterable[TrialEvidence]:
-        """Reads all trials, with joined colours."""
+        """Reads all trials, and replaces joined colours."""
         joins = {parse_colour(colour): parse_colour(meant) for colour, meant in self.list_joins()}
         return map(partial(_join_colours, joins), self._read()) if joins else self._read()
 
     def _set_up(self, *, create: bool) -> None:
-        """Creates the tables of a new database. Any other tables are rejected.
-
-        The size is limited, so that the file can be opened again.
-        """
+        """Creates the tables of a new database, limits its size, and rejects databases with other tables."""
         with self._reads():
             found = self._list_definitions()
             (page_size,) = self._connection.execute("PRAGMA page_size").fetchone()
@@ -415,7 +402,7 @@ class Ledger:
             if not create:
                 raise BadValueError(self.place, "", "is empty, must be a memory that a command has written")
             with self._writes():
-                if not self._list_definitions():  # no other process has just created them
+                if not self._list_definitions():  # another process may have created the tables in the meantime
                     for definition in _DEFINITIONS:
                         self._connection.execute(definition)
         elif found != set(_DEFINITIONS):
@@ -439,9 +426,9 @@ class Ledger:
 
     @contextmanager
     def _transact(self, *, writes: bool) -> Iterator[None]:
-        """Runs one transaction. A failure leaves the database unchanged, and its errors raise a BadValueError.
+        """Runs one transaction. On failure, the database is unchanged and a BadValueError is raised.
 
-        A transaction that writes waits for other writers at its start, because it could not wait later.
+        Transactions that write acquire the lock at their start, because SQLite does not wait for a lock later.
         """
         with self._translate("written" if writes else "read"):
             self._connection.execute("BEGIN IMMEDIATE" if writes else "BEGIN")
@@ -449,7 +436,7 @@ class Ledger:
                 yield
                 self._connection.execute("COMMIT")
             except BaseException:
-                if self._connection.in_transaction:  # if the disk is full, SQLite has ended it already
+                if self._connection.in_transaction:  # SQLite ends the transaction itself if the disk is full
                     self._connection.execute("ROLLBACK")
                 raise
 
@@ -467,7 +454,7 @@ def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
 
     Args:
         place: Path of an SQLite file.
-        create: Whether to create the file if it does not exist.
+        create: True to create the file if it does not exist.
 
     Raises:
         BadArgumentError: The place is neither a path nor a string.
@@ -480,26 +467,26 @@ def has_memory(place: str | Path) -> bool:
     """Returns True if a file is a memory, and False if it does not exist.
 
     Raises:
-        BadValueError: If it is another file, or in a folder that does not exist.
+        BadValueError: The file is not a memory, or its folder does not exist.
     """
     return _check_place(place, create=True).exists()
 
 
 def export_trials(ledger: Ledger, path: Path) -> int:
-    """Writes the records of all trials to a file, one per line. Returns their number."""
+    """Writes the records of all trials to a file, one per line, and returns their number."""
     lines = [json.dumps(trial.to_dict()) for trial in ledger.list_trials()]
     write_text(path, "".join(f"{line}\n" for line in lines))
     return len(lines)
 
 
 def import_trials(path: Path) -> list[TrialEvidence]:
-    """Reads a file from ``export_trials``. Any other file raises a BadValueError."""
+    """Reads trials from a file that ``export_trials`` wrote. Any other file raises a BadValueError."""
     lines = enumerate(read_text(path, LARGEST_FILE).split("\n"), 1)
     return [read_record(path, f"line {number}", line) for number, line in lines if line]
 
 
 def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior) -> MaterialMemory:
-    """Updates the learner in ``memory`` by trials, one after the other."""
+    """Updates a memory with trials, one after the other."""
     for trial in trials:
         recollection = memory.recall(trial.parts, prior)
         felt = trial.describe(gather(trial.geometry, recollection.columns))
@@ -508,9 +495,12 @@ def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior
 
 
 def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
-    """Counts a robot's trials with an arm other than its present one. The count is 0 without a memory.
+    """Counts the trials in which a robot of this name had another arm.
 
-    ``recognise`` computes the fingerprint of its present arm; it is called only if there are trials.
+    Args:
+        place: Path of the memory; if it does not exist, the count is 0.
+        robot: Name of the robot.
+        recognise: Function that computes the fingerprint of the present arm. It is called only if necessary.
     """
     if not (place and has_memory(place)):
         return 0
@@ -519,17 +509,17 @@ def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int
 
 
 def count_of(robot: ArmOwner, place: str | None) -> int:
-    """Counts a robot's trials with a different arm in a memory. The count is 0 without a memory."""
+    """Counts the trials in a memory in which a robot of this name had another arm; 0 without a memory."""
     return count_past_arms(place or "", name_robot(robot.directives), lambda: robot.chain.fingerprint)
 
 
 def describe_past_arms(robot: str, number: int) -> str:
-    """Describes the number of trials with a different arm. The text is empty without such trials."""
+    """Describes the number of trials with another arm, or returns an empty string if there are none."""
     return f"{robot} had another arm in {number} of its trials, which still count for materials" if number else ""
 
 
 def _check_place(place: Path | str, *, create: bool) -> Path:
-    """Returns the path of a memory. Any other file, or one that cannot be created, is rejected."""
+    """Returns the path of a memory. Rejects other files and files that cannot be created."""
     if not isinstance(place, str | Path) or not str(place):
         raise BadArgumentError("place", "", f"is {place!r}, must be the path of an SQLite file")
     path = Path(place)

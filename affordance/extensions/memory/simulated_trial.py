@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 
 def describe_trial(record: TrialRecord) -> TrialEvidence | None:
-    """Builds the evidence of a trial for a lasting memory.
+    """Builds the evidence of a simulated trial for a lasting memory.
 
-    Returns None if nothing was felt, or if the noise model is the user's own.
+    Returns None if there were no measurements or the noise model is user-defined.
     """
     percept = record.percept
     if percept is None or type(percept.noise) not in FELT_MODELS.values():
@@ -48,15 +48,15 @@ def describe_trial(record: TrialRecord) -> TrialEvidence | None:
 
 
 def remember_in(setup: "Setup", place: Path | str) -> "Setup":
-    """Returns the setup of an observer who begins with a lasting memory. New trials are added to it.
+    """Returns the setup of an observer that starts with a lasting memory and adds new trials to it.
 
-    The number of remembered trials is added to the seed, so that no measurement error is drawn twice; beyond the
-    largest seed, counting starts again at 0. The settings must not be changed afterwards, because the learner's
-    belief depends on them.
+    The number of stored trials is added to the seed, modulo the number of seeds, so that no measurement error is
+    drawn twice. Do not change the settings afterwards: the learner's belief depends on them.
 
     Args:
         setup: Setup of a run of one observer.
-        place: Path of the SQLite file. If it does not exist, the memory is empty, and the first trial creates it.
+        place: Path of the SQLite file. If it does not exist, the memory is empty and the first trial creates the
+            file.
 
     Raises:
         BadValueError: There are several observers, the file cannot be read, or a record is invalid.
@@ -71,13 +71,13 @@ def remember_in(setup: "Setup", place: Path | str) -> "Setup":
         with open_memory(place, create=False) as ledger:
             known = ledger.recall(settings.learner, settings.prior, seed=setup.seed)
             trials = len(ledger)
-    remember = partial(_append, place, uuid.uuid4().hex)  # so that observers of different runs are not confused
+    remember = partial(_append, place, uuid.uuid4().hex)  # distinguishes runs with equal seeds
     seed = (setup.seed + trials) % (int(SEEDS.high) + 1)
     return replace(setup, known=format_memory(known), remember=remember, seed=seed)
 
 
 def _append(place: str, run: str, record: TrialRecord) -> None:
-    """Appends a trial if something was felt in it. A file that cannot be written raises a BadValueError."""
+    """Appends a trial with measurements to a memory. A BadValueError is raised if the file cannot be written."""
     if (evidence := describe_trial(record)) is not None:
         with open_memory(place) as ledger:
             ledger.append([evidence])

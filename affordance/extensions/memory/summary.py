@@ -1,4 +1,4 @@
-"""Summary of a lasting memory: beliefs about its materials and objects, and the trials behind them."""
+"""Summary of a lasting memory: beliefs about materials and objects, and the trials that support them."""
 
 import itertools
 from collections.abc import Sequence
@@ -15,41 +15,35 @@ from affordance.extensions.memory.ledger import FeltThing, Ledger
 from affordance.objects.colour import Colour
 
 _FRACTIONS = (0.05, 0.5, 0.95)
-# Step of the central differences by which the mass is differentiated, as a fraction of the density.
+# Step of the central differences for derivatives of the mass, as a fraction of the density.
 _STEP = 1e-4
 
 
 class ExperienceSummary(NamedTuple):
-    """Experience behind a belief: trials, robots, and time of the first trial. The time is UTC in ISO 8601."""
+    """Trials that support a belief."""
 
-    trials: int
+    trials: int  # number of trials
     robots: tuple[str, ...]
-    since: str
+    since: str  # UTC time of the first trial, ISO 8601
 
 
 class KnownMaterial(NamedTuple):
-    """Belief about a material's mean density, [kg/m^3], and the objects that show it.
-
-    The density has median and 90 % interval.
-    """
+    """Belief about the mean density of a material, [kg/m^3]."""
 
     colour: Colour
     median: float
     interval90: tuple[float, float]
-    things: tuple[str, ...]
+    things: tuple[str, ...]  # names of the objects that contain the material
     experience: ExperienceSummary
 
 
 class KnownThing(NamedTuple):
-    """Belief about an object: mass, [kg], and densities, [kg/m^3].
+    """Belief about an object. Objects that look alike are treated as one object."""
 
-    The mass has mean and SD, each material its median density.
-    """
-
-    name: str  # all names that trials give it; objects that look alike are one
-    mass: float
-    mass_sd: float
-    densities: tuple[float, ...]
+    name: str  # all names of the object in trials
+    mass: float  # mean, [kg]
+    mass_sd: float  # [kg]
+    densities: tuple[float, ...]  # median of each material's density, [kg/m^3]
     experience: ExperienceSummary
 
 
@@ -61,10 +55,7 @@ class MemorySummary(NamedTuple):
 
 
 def summarise(ledger: Ledger, prior: Prior) -> MemorySummary:
-    """Summarises a memory for a learner with one density per colour.
-
-    Arguments and errors are as in ``Ledger.recall``.
-    """
+    """Summarises a memory for a learner with one density per colour; arguments and errors are as in ``recall``."""
     memory, things = ledger.review(prior)
     names = name_things(things)
     with ledger.blame():
@@ -81,7 +72,7 @@ def summarise(ledger: Ledger, prior: Prior) -> MemorySummary:
 
 
 def name_things(things: Sequence[FeltThing]) -> list[str]:
-    """Names each thing by all names in its trials. A number distinguishes things of the same name."""
+    """Joins all names of each object in trials, and numbers objects with equal names."""
     names: list[str] = []
     for thing in things:
         joined = ", ".join(thing.names)
@@ -91,10 +82,10 @@ def name_things(things: Sequence[FeltThing]) -> list[str]:
 
 
 def _list_things(memory: MaterialMemory, things: Sequence[FeltThing], names: Sequence[str]) -> tuple[KnownThing, ...]:
-    """Summarises the things that were felt.
+    """Summarises the objects that were felt.
 
-    The mass is that of the whole body. Measurements also inform about errors of geometry, such as an unseen part.
-    Given the densities, these errors are normal with a mean that depends on the densities.
+    The mass includes the estimated errors of the geometry, for example of an unseen part. Given the densities, these
+    errors are normally distributed with a mean that depends on the densities.
     """
     if not things:
         return ()
@@ -109,11 +100,11 @@ def _list_things(memory: MaterialMemory, things: Sequence[FeltThing], names: Seq
         volume = thing.geometry.Phi[0]
         volumes[number, : len(volume)] = volume
         changes[number, : len(thing.geometry.Phi_errors), : len(volume)] = thing.geometry.Phi_errors[:, 0]
-    # At the means, and one step along each density in both directions, (1 + 2 C, T, C).
+    # Posterior means, followed by one step along each density in both directions, (1 + 2 C, T, C).
     step = _STEP * np.maximum(np.abs(own.mean), 1.0)
     rho = own.mean + np.concatenate([np.zeros((1, C)), np.eye(C), -np.eye(C)])[:, None] * step
     M, b, *_ = sum_geometry(holds, rho[None])
-    change = (changes @ rho[..., None])[..., 0]  # of the mass by each error, (1 + 2 C, T, Q)
+    change = (changes @ rho[..., None])[..., 0]  # change in mass per error, (1 + 2 C, T, Q)
     masses = (volumes * rho).sum(axis=-1) + (change * np.linalg.solve(M[0], b[0, ..., None])[..., 0]).sum(axis=-1)
     slopes = (masses[1 : C + 1] - masses[C + 1 :]).T / (2.0 * step)
     variances = ((slopes[:, None] @ own.covariance)[:, 0] * slopes).sum(axis=-1)

@@ -1,8 +1,8 @@
 """Evidence of one trial, and its record in JSON.
 
-The evidence has observed features and measured torques, but no beliefs.
+The evidence consists of visual features and measured torques. It contains no beliefs.
 
-Frames: the object's parts are given in T, and its ten parameters are about the origin of T.
+Parts of the object are in the object frame T. The ten inertial parameters are about the origin of T.
 """
 
 import hashlib
@@ -29,25 +29,24 @@ from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.version import __version__
 
-# A precision may have an eigenvalue below zero by rounding: by this fraction of its largest eigenvalue.
+# Largest negative eigenvalue of a precision matrix due to rounding, as a fraction of its largest eigenvalue.
 _ROUNDING = 1e-9
 _COUNTS = Whole(1, 1_000_000_000)
 _JOINTS = Whole(0, 1000)
 _MOST_PARTS = 1000
-# Bounds of lengths in records, [m]; shorter or longer ones must be in another unit.
+# Bounds of lengths in records, [m]. Other values are probably in the wrong unit.
 _SIZES = 1e-4, 10.0
-# Lower bound of the volume of such parts, [m^3], and upper bound of their volumes and volume moments at the largest
-# distance, [m^3, m^4, m^5].
+# Smallest volume of a part, [m^3], and largest volume and volume moments, [m^3, m^4, m^5].
 _VOLUME_MIN, _MOMENT_MAX = 1e-15, 1e7
-# Largest standard deviation of a part's measurement, in any unit, and largest magnitude of a trial's log evidence.
+# Largest standard deviation of a visual feature, in any unit, and largest magnitude of the log evidence.
 _SD_MAX, _LOG_MAX = 1e3, 1e12
-# Strings in a record. A robot's name consists of a file name and a link name, of up to 255 and 200 letters.
+# Strings in a record. The name of a robot combines a file name and a link name, of up to 255 and 200 characters.
 _NAME, _LONG_NAME = OneLine(), OneLine(500)
 _FIRST_YEAR = 1970
 
 
 class FeltModel(Protocol):
-    """Measurement model, which converts a trial's features to evidence about densities."""
+    """Measurement model, which converts the features of a trial to evidence about densities."""
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of the feature vector."""
@@ -58,9 +57,9 @@ class FeltModel(Protocol):
 
 @dataclass(frozen=True)
 class PayloadQuadratic:
-    """Quadratic log likelihood of an identified payload's ten parameters.
+    """Quadratic log likelihood of the ten inertial parameters of an identified payload.
 
-    The features are the precision H, row by row, followed by the information vector b.
+    The features are the precision matrix H, row by row, followed by the information vector b.
     """
 
     def num_features(self, num_joints: int) -> int:
@@ -68,24 +67,24 @@ class PayloadQuadratic:
         return NUM_PARAMETERS * (NUM_PARAMETERS + 1)
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Converts the quadratic to evidence. The log likelihood of the best-fitting parameters is zero."""
+        """Converts the features to evidence. The maximum of the log likelihood is set to zero."""
         of_body = unpack(features).restrict(np.eye(NUM_PARAMETERS))
         return Felt.from_quadratic(of_body, geometry.Phi, geometry.Phi_errors)
 
 
 def pack(quadratic: Quadratic) -> Array:
-    """Packs a quadratic as features of ``PayloadQuadratic``, shape (110,)."""
+    """Converts a quadratic log likelihood to the features of ``PayloadQuadratic``, shape (110,)."""
     return np.concatenate([quadratic.precision.ravel(), quadratic.information])
 
 
 def unpack(features: Array) -> Quadratic:
-    """Unpacks the features of ``PayloadQuadratic``, shape (110,)."""
+    """Converts the features of ``PayloadQuadratic``, shape (110,), to a quadratic log likelihood."""
     size = NUM_PARAMETERS**2
     return Quadratic(features[:size].reshape(NUM_PARAMETERS, NUM_PARAMETERS), features[size:])
 
 
 def gather(geometry: Geometry, columns: Sequence[int]) -> Geometry:
-    """Combines the columns of parts with a common density. ``columns`` is the index of each part's density."""
+    """Adds up the geometry columns of parts with the same density. ``columns`` is the density index of each part."""
     selection = np.array(columns)[:, None] == np.arange(max(columns) + 1)
     return Geometry(geometry.Phi @ selection, geometry.Phi_errors @ selection)
 
@@ -95,8 +94,8 @@ FELT_MODELS: Mapping[str, type[FeltModel]] = {
     "white": WhiteNoise,
     "payload": PayloadQuadratic,
 }
-# Largest magnitude of the features of each model: torques, [N m]; their products, summed over a thousand joints; the
-# information vector of a mass of 1e3 kg known to 1e-9 kg; that of a density of 1e5 kg/m^3 known to 1e-6 kg/m^3.
+# Largest magnitude of features: torques, [N m], for "weber"; products of torques, summed over up to a thousand
+# joints, for "white"; information vector of a mass of 1e3 kg with a standard deviation of 1e-9 kg for "payload".
 _FEATURE_MAX = {"weber": 1e6, "white": 1e15, "payload": 1e21}
 
 
@@ -106,7 +105,7 @@ class TrialEvidence:
 
     Attributes:
         object_name: Name of the object.
-        parts: Appearance of each of its P parts, in T.
+        parts: Appearance of each of the P parts, in T.
         geometry: Geometry of the parts in T, one column per part: Phi (10, P), errors (G, 10, P).
         model: Measurement model.
         features: Features of the model, averaged over the trial, shape (num_features,).
@@ -115,8 +114,8 @@ class TrialEvidence:
         robot: Name of the robot.
         fingerprint: Fingerprint of the robot's arm; empty if unknown.
         time: UTC time of the trial, ISO 8601 with microseconds.
-        log_evidence: Log probability density of the measurements under the belief before the trial.
-        p_value: Probability of evidence as low as this or lower under the belief before the trial.
+        log_evidence: Log predictive density of the measurements under the belief before the trial.
+        p_value: Predictive probability of an equal or lower log evidence under the belief before the trial.
         source: File of the recording, or description of the simulation.
         source_hash: Fingerprint of the recording; empty for a simulated trial.
         program: Version of the program that wrote the record.
@@ -151,8 +150,8 @@ class TrialEvidence:
         """Checks all attributes.
 
         Raises:
-            BadArgumentError: If a value is not finite, out of bounds, or of the wrong type or shape, or if the
-                precision of the measurement is not symmetric and positive semidefinite.
+            BadArgumentError: A value is not finite, out of bounds, or of the wrong type or shape; or the precision
+                matrix of the measurement is not symmetric positive semidefinite.
         """
         run_check("object_name", _NAME.check, self.object_name)
         run_check("robot", _LONG_NAME.check, self.robot)
@@ -178,13 +177,16 @@ class TrialEvidence:
         self._check_precision()
 
     def _check_precision(self) -> None:
-        """Checks that the precision of the ten parameters is positive semidefinite.
+        """Checks that the precision matrix of the ten parameters is positive semidefinite.
 
-        Otherwise a BadArgumentError is raised. Weber noise has no other precision.
+        Weber noise needs no check, because its precision matrix is positive semidefinite by construction.
+
+        Raises:
+            BadArgumentError: The matrix is not symmetric positive semidefinite.
         """
         if isinstance(self.model, WeberNoise):
             return
-        # White noise's features are the same matrix first, as a sum that is symmetric to rounding.
+        # The features of white noise begin with the same matrix, which is symmetric except for rounding.
         precision = unpack(self.features[: NUM_PARAMETERS * (NUM_PARAMETERS + 1)]).precision
         if isinstance(self.model, PayloadQuadratic):
             check_symmetry("features", precision)
@@ -199,13 +201,13 @@ class TrialEvidence:
 
     @cached_property
     def id(self) -> str:
-        """Digest of the recording or, without one, of the features. The digest makes a trial count only once."""
+        """Digest of the recording or, without a recording, of the features; it identifies the trial."""
         digest = hashlib.sha256(self.source_hash.encode() or self._digest_content())
         return digest.hexdigest()[:24]
 
     @cached_property
     def digest(self) -> str:
-        """Digest of the whole record, which detects any change."""
+        """Digest of the whole record, for detecting changes."""
         content = self._list_content()
         arrays = [content.pop(name).tobytes() for name in _ARRAYS]
         return hashlib.sha256(b"".join(arrays) + json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
@@ -216,7 +218,7 @@ class TrialEvidence:
         return b"".join(each.tobytes() for each in arrays) + named.encode()
 
     def describe(self, geometry: Geometry) -> Felt:
-        """Converts the measurements to evidence about a geometry's M densities."""
+        """Converts the measurements to evidence about the M densities of a geometry."""
         return self.model.describe(self.features, self.num_samples, self.num_joints, geometry)
 
     def to_dict(self) -> dict[str, Any]:
@@ -242,12 +244,12 @@ class TrialEvidence:
 
 _ARRAYS = ("Phi", "Phi_errors", "features")
 _PART_SDS = ("colour_sd", "size_sd", "position_sd", "lightness_sd")
-# Keys of a record whose values are the attributes of the same name.
+# Keys of a record that have the same names as the attributes.
 PLAIN = ("num_samples", "num_joints", "log_evidence", "p_value", "source", "source_hash", "program")
 
 
 def _check_part(name: str, part: PartAppearance) -> PartAppearance:
-    """Checks a part's appearance. Returns it as plain numbers."""
+    """Checks the appearance of a part, and converts it to plain numbers."""
     check_kind(name, part, PartAppearance)
     sizes = _check_bounded(f"{name}.sizes", part.sizes, (None,), *_SIZES, " m")
     if not len(sizes):
@@ -262,7 +264,7 @@ def _list_values(part: PartAppearance) -> dict[str, float | list[float]]:
 
 
 def _check_geometry(geometry: Geometry, num_parts: int) -> Geometry:
-    """Checks a geometry. Returns a read-only copy."""
+    """Checks a geometry, and returns a read-only copy."""
     shape = (NUM_PARAMETERS, num_parts)
     Phi = _check_bounded("geometry.Phi", geometry.Phi, shape, -_MOMENT_MAX, _MOMENT_MAX)
     _check_bounded("geometry.Phi[0]", Phi[0], (num_parts,), _VOLUME_MIN, _MOMENT_MAX, " m^3")
@@ -273,7 +275,7 @@ def _check_geometry(geometry: Geometry, num_parts: int) -> Geometry:
 def _check_bounded(
     name: str, values: ArrayLike, shape: Sequence[int | None], low: float, high: float, unit: str = ""
 ) -> Array:
-    """Checks that all numbers in an array are within bounds. Returns a read-only copy."""
+    """Checks shape and bounds of an array, and returns a read-only copy."""
     array = check_array(name, values, shape).copy()
     for place in np.argwhere((array < low) | (array > high))[:1]:
         where = "".join(f"[{each}]" for each in place)
@@ -321,7 +323,7 @@ class _TrialEntry(DataModel):
         """Builds the evidence.
 
         Raises:
-            BadArgumentError: If values are invalid, or the id or digest does not match the content.
+            BadArgumentError: A value is invalid, or the id or digest does not match the content.
         """
         numbers = dict(self.model)
         name = numbers.pop("name", "")
@@ -358,7 +360,7 @@ def read_record(path: Path, key: str, text: str) -> TrialEvidence:
     """Reads a record from its JSON text.
 
     Raises:
-        BadValueError: If the record is invalid; the message names the file or database, and the key.
+        BadValueError: The record is invalid. The message contains the file or database and the key.
     """
     try:
         content = json.loads(text)
@@ -373,15 +375,19 @@ def read_record(path: Path, key: str, text: str) -> TrialEvidence:
 
 
 def show_time(moment: datetime) -> str:
-    """Formats a time in UTC, ISO 8601 with microseconds. Strings then sort by time."""
+    """Formats a time in UTC, ISO 8601 with microseconds, so that strings sort chronologically."""
     return moment.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
 
 
 def read_time(name: str, text: str) -> str:
-    """Parses a date or time, and formats it like ``show_time``. The time is in UTC unless it has an offset.
+    """Parses a date or time, and formats it like ``show_time``.
+
+    Args:
+        name: Name of the argument in messages.
+        text: Date or time, in UTC unless it has an offset.
 
     Raises:
-        BadArgumentError: If it cannot be parsed, or is before the first allowed year.
+        BadArgumentError: The text is not a time, or the time is before the first allowed year.
     """
     try:
         moment = datetime.fromisoformat(text)

@@ -1,1 +1,1 @@
-"""Identification of payloads from recordings, and motions that excite them."""
+"""Identifies payloads from recordings of a robot, and designs motions for this purpose."""

@@ -1,9 +1,8 @@
-"""Compares a run with its description, based on the arm's own weight.
+"""Checks the description of a run against the torques due to the arm's own weight.
 
-Checked are sign, gravity, frame and delay. A robot's file predicts the torques due to the arm's own weight to within
-a factor of two, whatever the payload. If the signals follow these torques much better with the opposite sign, with
-gravity along another axis, or at another time, the description is wrong. If they do not follow them at all and are
-close to zero, the controller has subtracted them.
+A robot's file predicts these torques to within a factor of two, whatever the payload. If the signals fit them much
+better with the opposite sign, with another direction of gravity, in another frame or after a time shift, the
+description is wrong. If the signals are close to zero, the controller has subtracted the torques.
 """
 
 from typing import NamedTuple
@@ -17,23 +16,23 @@ from affordance.extensions.payload.recording.run import Run, resample
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
-# Largest number of samples that are compared, and least number for a joint.
+# Largest number of samples that are compared, and smallest number for a joint.
 _MOST, _FEWEST = 500, 12
-# Another direction of gravity, or another time, is accepted if it divides the residual variance by at least this
-# factor (geometric mean over the joints). In windows of recordings of a UR10e and a Panda, no alternative is 1.2
-# times as good as the description.
+# Least factor by which another direction of gravity, or a time shift, must reduce the residual variance to be
+# accepted (geometric mean over joints). In windows of recordings of a UR10e and a Panda, no alternative reaches 1.2.
 _BETTER = 3.0
-# Share of a joint's variance beyond friction that the arm's own weight must explain before its sign is judged, and
-# ratio of signal to own-weight torque below which that torque is missing from the signal.
+# Share of a joint's variance beyond friction that the arm's own weight must explain before the sign of the signal is
+# judged, and ratio of signal to own-weight torque below which that torque is missing from the signal.
 _EXPLAINED, _LACKS = 0.8, 0.2
-# Least spread of a joint's own-weight torque for the joint to be judged, relative to the largest spread.
+# Least standard deviation of a joint's own-weight torque, relative to the largest, at which the joint is judged.
 _JUDGED = 0.2
 _LAGS = np.linspace(-0.15, 0.15, 31)  # candidate delays of the signals, [s]
 _WRENCH_LAGS = np.linspace(-2.0, 2.0, 81)  # the same for a wrist sensor, whose filter may be slow, [s]
 _LEAST_LAG, _LAGS_AGREE = 0.02, 0.03  # least delay, and largest difference between joints, [s]
-# Number of standard errors beyond which the sign of a gain is certain, and correlation time of the errors, [s].
+# Standard errors by which a gain must differ from zero for its sign to be certain, and correlation time of errors,
+# [s].
 _SURE, _AGREEMENT = 4.0, 1.0
-# Angle above which gravity or a frame counts as described wrongly, not merely as set up imprecisely, [rad].
+# Angle above which the description of gravity or of a frame is wrong, not merely imprecise, [rad].
 _TURNED = np.radians(20.0)
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])
 _AXIS_NAMES = ("+x", "+y", "+z", "-x", "-y", "-z")
@@ -41,11 +40,14 @@ _ALONG = np.cos(np.radians(5.0))
 
 
 def find_contradictions(robot: SerialChain, run: Run, settings: IdentificationSettings) -> tuple[str, ...]:
-    """Finds contradictions between a run and its description, one sentence each.
+    """Finds contradictions between a run and its description.
 
-    The arm's own weight is the reference.
+    Args:
+        robot: Arm.
+        run: Recorded run, with its joints in the order of the arm's joints.
+        settings: Settings of filters.
 
-    The run's joints must be in the order of the arm's.
+    Returns: One sentence per contradiction.
     """
     robot = robot.with_gravity(run.description.gravity)
     if run.description.kind is SignalKind.WRENCH:
@@ -62,18 +64,16 @@ def find_contradictions(robot: SerialChain, run: Run, settings: IdentificationSe
 def _compare_joints(
     robot: SerialChain, run: Run, prepared: PreparedRun, thin: PreparedRun, used: Mask
 ) -> tuple[str, ...]:
-    """Compares joint signals with their description: gravity, signs, compensation and delay."""
+    """Checks gravity, signs, compensation and delay of joint signals."""
     length = float(np.linalg.norm(robot.gravity_W))
     directions = np.concatenate([robot.gravity_W[None] / length, _AXES])
     fits = [_fit(robot.with_gravity(length * each), thin, thin.signal, used) for each in directions]
     judged = _judge(fits[0])
     if not judged.any():
         return ()
-    # A joint that one direction of gravity does not load may be loaded by another, so the joints that each candidate
-    # loads are judged too.
+    # Another direction of gravity may load other joints, so the joints that each candidate loads are judged too.
     left = np.array([np.log(fit.left[_judge(fit) | judged]).mean() for fit in fits])
-    # Opposite directions fit equally well. The one nearer to the description is taken, and the signs of the joints
-    # adapt.
+    # Opposite directions fit equally well, with opposite gains. The direction closer to the described one is chosen.
     near = directions @ directions[0] > -0.5
     best = int(np.argmin(np.where(near, left, np.inf)))
     found: list[str] = []
@@ -132,15 +132,15 @@ class _Fit(NamedTuple):
 
 
 def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _Fit:
-    """Fits joint signals, (N, n), with own-weight torque and friction.
+    """Regresses joint signals, (N, n), on own-weight torque, friction and an offset.
 
-    There is also friction that grows with load, and an offset.
+    The friction terms are Coulomb, viscous and proportional to the load.
     """
     torque = robot.compute_arm_torques(*thin.motion)
     n = torque.shape[1]
     values = np.zeros((5, n))
     values[2] = 1.0
-    alike = 1.0 if not thin.v.any() else max(_AGREEMENT * thin.rate, 1.0)  # number of samples that share an error
+    alike = 1.0 if not thin.v.any() else max(_AGREEMENT * thin.rate, 1.0)  # number of samples with correlated errors
     for j in range(n):
         rows = used[:, j]
         if rows.sum() < _FEWEST:
@@ -160,16 +160,16 @@ def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _F
 
 
 def _build_friction(v: Array) -> Array:
-    """Builds friction and offset columns for one joint's velocities, (N,); (N, 3)."""
+    """Builds the regressor of Coulomb friction, viscous friction and offset, (N, 3), from velocities, (N,)."""
     return np.column_stack([np.sign(v), v, np.ones_like(v)])
 
 
 def _find_subtracted(robot: SerialChain, thin: PreparedRun, used: Mask) -> str:
-    """Describes torques that a controller has subtracted from the signals.
+    """Finds own-weight torques that a controller has subtracted from the signals.
 
-    The text is empty if the signals contain the arm's own weight.
+    After friction and the inertia of the links are fitted, such signals vary much less than the gravity torque.
 
-    Beyond friction and the inertia of the links, such signals vary much less than the torque due to gravity does.
+    Returns: A description of the subtracted torques; empty if the signals contain the arm's own weight.
     """
     rest = np.zeros_like(thin.v)
     gravity = robot.compute_arm_torques(thin.q, rest, rest)
@@ -193,13 +193,13 @@ def _find_subtracted(robot: SerialChain, thin: PreparedRun, used: Mask) -> str:
 
 
 def _judge(fit: _Fit) -> Mask:
-    """Returns a mask of the joints with enough own weight, shape (n,)."""
+    """Returns a mask of the joints with sufficiently large own-weight torque, shape (n,)."""
     judged: Mask = fit.torque_sd > _JUDGED * max(float(fit.torque_sd.max()), 1e-9)
     return judged
 
 
 def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> float:
-    """Finds the delay of the signals, [s]. The delay is zero unless another time fits much better."""
+    """Estimates the delay of the signals, [s]. The delay is zero unless another time fits much better."""
     if not used.any() or not prepared.v.any():
         return 0.0
     inside = (thin.times >= thin.times[0] - _LAGS[0]) & (thin.times <= thin.times[-1] - _LAGS[-1])
@@ -222,7 +222,7 @@ def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used
 
 
 def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
-    """Compares a wrist sensor's forces with the description: sign, gravity and mounting."""
+    """Checks the sign, gravity and mounting in a wrist sensor's description."""
     every = max(1, len(run.times) // _MOST)
     q, forces = run.q[::every], run.signal[::every, :3]
     length = float(np.linalg.norm(robot.gravity_W))
@@ -256,7 +256,7 @@ def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
 
 
 def _are_in_base(rotations: Array, regressors: Array, moments: Array) -> bool:
-    """Returns True if moments follow the load only in the base's axes.
+    """Returns True if the moments fit the load only when they are given along the base's axes.
 
     Args:
         rotations: Rotations from the base to the sensor, up to a common sign, shape (N, 3, 3).
@@ -270,7 +270,7 @@ def _are_in_base(rotations: Array, regressors: Array, moments: Array) -> bool:
 def _leave(regressors: Array, signal: Array) -> float:
     """Computes the share of a signal's variation that regressors do not explain.
 
-    The signal is (N, 3), the regressors (N, 3, k).
+    The shapes are (N, 3) for the signal and (N, 3, k) for the regressors.
     """
     A, b = ((each - each.mean(axis=0)).reshape(signal.size, -1) for each in (regressors, signal))
     solution = np.linalg.lstsq(A, b)[0]
@@ -278,7 +278,7 @@ def _leave(regressors: Array, signal: Array) -> float:
 
 
 def _find_wrench_lag(robot: SerialChain, run: Run, settings: IdentificationSettings) -> tuple[str, ...]:
-    """Finds wrist forces that fit the joint angles much better at another time."""
+    """Detects a delay or advance of wrist forces relative to the joint angles."""
     if run.description.postures:
         return ()
     prepared = prepare(run, settings)
@@ -299,7 +299,7 @@ def _find_wrench_lag(robot: SerialChain, run: Run, settings: IdentificationSetti
 
 
 def _compare_frame(expected: Array, forces: Array, whole: float) -> tuple[str, ...]:
-    """Compares forces, (N, 3), with the forces on a rotated sensor."""
+    """Detects a rotated mounting of the sensor from its forces, (N, 3), and the expected forces, (N, 3)."""
     U, S, Vt = np.linalg.svd(forces.T @ expected)
     R = Vt.T @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ U.T  # from the sensor's frame to the tip's
     turned = forces @ R.T
@@ -316,7 +316,7 @@ def _compare_frame(expected: Array, forces: Array, whole: float) -> tuple[str, .
 
 
 def describe_direction(direction: Array) -> str:
-    """Names the axis of a unit vector, or lists its components."""
+    """Formats a unit vector as the name of an axis or as components."""
     along = _AXES @ direction
     if along.max() > _ALONG:
         return _AXIS_NAMES[int(along.argmax())]

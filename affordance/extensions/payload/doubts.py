@@ -1,9 +1,10 @@
-"""Finds reasons to doubt an identification in its recordings and result.
+"""Finds reasons to doubt an identified payload.
 
-The reference is the torque due to the arm's own weight, which a robot's file predicts to within a factor of two,
-whatever the payload. Signals that do not follow it have wrong signs, units, joints, gravity or times, or come from
-another robot. A joint is judged only if its own-weight torque varies along the run by at least a tenth of the gravity
-torque that the strongest joint bears over all postures. The other joints may show little but friction.
+The main test compares signals with the torque due to the arm's own weight. A robot's file predicts this torque to
+within a factor of two, whatever the payload. Signals that do not fit have wrong signs, units, joints, gravity or
+times, or belong to another robot. A joint is tested only if its own-weight torque varies during the run by at least a
+tenth of the gravity torque of the strongest joint over all postures. The signals of other joints may be mostly
+friction.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,9 +33,9 @@ from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, Run
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
-# Factor by which a robot's file may be wrong about the torques due to the arm's own weight: two standard deviations
-# of the gains that follow from it (gain_common_sd and gain_own_sd of the settings). The file of a UR10e is wrong by a
-# factor of 1.1 to 1.3 at the joints that are judged.
+# Factor by which a robot's file may be wrong about own-weight torques: two standard deviations of the gains that are
+# estimated from these torques (gain_common_sd and gain_own_sd of the settings). The file of a UR10e is wrong by a
+# factor of 1.1 to 1.3 at the joints that are tested.
 _MOST_FILE_FACTOR = 1.6
 # The same for a loaded arm without an empty run, as the load adds to the arm's own weight.
 _MOST_FILE_FACTOR_LOADED = 3.0 * _MOST_FILE_FACTOR
@@ -42,98 +43,96 @@ _MOST_FILE_FACTOR_LOADED = 3.0 * _MOST_FILE_FACTOR
 # arm, whose load is not in the file. In recordings of a UR10e and a Panda the share is at least .97 in windows of 10
 # s or more.
 _LEAST_EXPLAINED, _LEAST_EXPLAINED_LOADED = 0.9, 0.6
-# Largest change of a gain (that follows from the arm's own weight, or from the empty to the loaded run) and largest
-# distance from the file's gain, in standard deviations: chance exceeds it once in 370.
+# Largest change of a gain (between own weight and load, or between empty and loaded run), and largest distance from
+# the file's gain, in standard deviations. By chance this is exceeded once in 370 cases.
 _MOST_CHANGE = 3.0
 _LEAST_ERROR = 1e-6  # relative standard error assumed for simulated signals without noise
-# Least duration of a run from whose own-weight torques gains are estimated, [s]. In shorter runs a joint has too few
-# independent stretches for its five unknowns, and at least half of the intervals miss the truth
-# (docs/identify_evidence.md).
+# Shortest run from whose own-weight torques gains are estimated, [s]. Shorter runs have too few independent errors
+# for the five unknowns of a joint, and at least half of the intervals miss the truth (docs/identify_evidence.md).
 _LEAST_DURATION = 15.0
-# The same for held postures: four for each of a joint's three unknowns (gain, offset and error of the file).
+# The same in postures: four for each of a joint's three unknowns (gain, offset and error of the file).
 _LEAST_POSTURES = 12
-# Longest time for which the signal of a moving joint may repeat exactly the same value, [s]: an assumption.
+# Longest time for which the signal of a moving joint may be exactly constant, [s]: an assumption.
 _LONGEST_STILL = 1.0
 # Range of angles above which a joint counts as moving, [rad]: an assumption.
 _LEAST_RANGE = 0.05
-# Relative range of signals below which those of postures are the same but for rounding.
+# Relative range below which the signals of all postures are equal up to rounding.
 _SAME = 1e-9
 # Largest delay of velocities behind angles, [s]. A UR10e's controller delays them by 1 to 2 ms, a Panda's by 5 ms.
 _MOST_LATE = 0.02
 # Correlation time of the errors of an arm's model, [s]: 0.2 to 2 s for the UR10e and the Panda.
 _AGREEMENT = 1.0
-# Bounds of the checks. Those without another source were chosen on windows of a UR10e's pair of runs and of a Panda's
-# empty run, between the values in good windows and the values that deliberate mistakes cause
+# Thresholds of the tests. Unless a source is given, each was chosen between the values in good windows of recordings
+# (a UR10e's pair of runs, a Panda's empty run) and the values with deliberate mistakes
 # (docs/decisions/0020-recorded-data.md).
 #
-# Least spread of a joint's own-weight torque at which the joint is judged, as a share of the gravity torque that the
-# strongest joint bears (below it, a joint may show little but friction), and number of postures that determine the
-# latter.
+# Least standard deviation of a joint's own-weight torque at which the joint is tested, as a share of the gravity
+# torque of the strongest joint, and number of random postures that determine the latter. The signals of other joints
+# may be mostly friction.
 _LEAST_OWN_TORQUE, _NUM_POSTURES = 0.1, 50
-# Fewest samples from which a joint is judged: ten for each of the five unknowns of its own weight and friction.
+# Fewest samples with which a joint is tested: ten for each of the five unknowns of its own weight and friction.
 _FEWEST_SAMPLES = 50
-# Usual gains of currents, [A/(N m)], from the geared motors of the largest arms to servos, with a factor of ten to
-# spare.
+# Usual gains of motor currents, [A/(N m)], from the largest arms to small servos, widened by a factor of ten.
 _USUAL_CURRENT_GAINS = (2e-3, 20.0)
-# Largest factor between a gain that a weighed load determines and the median over joints: an assumption, as the
-# motors of one arm have gear ratios and torque constants of similar size.
+# Largest ratio between a calibrated gain and the median over joints: an assumption, because the motors of one arm
+# have similar gear ratios and torque constants.
 _MOST_UNLIKE_GAINS = 4.0
-# Largest residual relative to the signal of the arm's own weight, by whether the signal is a difference and whether
-# the motion was repeated. For paired runs the residual is 0.01 to 0.03 in recordings, and up to 0.2 on a simulated
-# UR5, whose load friction jumps where a joint reverses. With an empty arm fitted to other motions it is up to 0.25 in
-# windows of 8 s. With the arm as in its file, the file's own error is part of the residual.
+# Largest residual relative to the own-weight signal; the keys are (difference of two runs, repeated motion). For
+# paired runs the residual is 0.01 to 0.03 in recordings, and up to 0.2 on a simulated UR5, whose load friction jumps
+# when a joint reverses. With an empty arm fitted to other motions it is up to 0.25 in windows of 8 s. If the arm's
+# model comes from its file, the residual includes the file's error.
 _MOST_RESIDUAL = {(True, True): 0.25, (True, False): 0.4, (False, False): 1.0}
-# Least signal with which residuals are compared, as a share of the gravity torque that the strongest joint bears,
-# because a joint's errors do not shrink with its motion. The errors of a UR10e's pair are up to 0.022 of that torque;
-# this bound allows 0.075.
+# Least own-weight signal with which residuals are compared, as a share of the gravity torque of the strongest joint,
+# because errors do not shrink with motion. The errors in a UR10e's pair are up to 0.022 of that torque; this
+# threshold allows 0.075.
 _LEAST_SIGNAL = 0.3
-# Largest shift of a gain from its value before the run, and of a weighed mass, in standard deviations. Chance exceeds
-# it once in 1.7 million if the errors are normal, and once in 1,200 if the standard deviations are a third too small.
+# Largest difference between a gain and its prior mean, or between identified and weighed mass, in standard
+# deviations. By chance this is exceeded once in 1.7 million cases if errors are normal, and once in 1,200 if the
+# standard deviations are a third too small.
 _MOST_SHIFT = 5.0
-# Another interpretation of the runs is better only if it divides the variance of the errors by at least this factor
-# (geometric mean over joints). In good pairs of the UR10e and of simulated arms no alternative lowers the variance
-# (factors up to 0.9). With the runs exchanged the factor is 1,900 in the UR10e's pair and at least 4.1 in simulated
-# ones. With neighbouring joints exchanged it is 2.4 to 83 in the UR10e's pair, and below 4 in some simulated ones,
-# which other checks detect.
+# Least factor by which another interpretation of the runs must divide the error variance to be better (geometric mean
+# over joints). In good pairs of the UR10e and of simulated arms no alternative lowers the variance (factors up to
+# 0.9). With the runs exchanged the factor is 1,900 in the UR10e's pair and at least 4.1 in simulated pairs. With
+# neighbouring joints exchanged it is 2.4 to 83 in the UR10e's pair, and below 4 in some simulated pairs, which other
+# tests detect.
 _LEAST_IMPROVEMENT = 4.0
 # Sampling rate at which interpretations are compared, [Hz]: the errors of arms are correlated over tenths of a
 # second.
 _COMPARISON_RATE = 25.0
-# Residual relative to the load's signal above which other interpretations are tried; for heavy loads it is 0.02 to
+# Residual relative to the load's signal above which other interpretations are tested; for heavy loads it is 0.02 to
 # 0.4.
 _LARGE_RESIDUAL = 0.5
-# Least load torque at a joint that is informative about the load, as a share of the largest load torque of any joint.
+# Smallest load torque, relative to the largest of any joint, at which a joint is informative about the load.
 _LEAST_LOAD_TORQUE = 0.05
-# Largest share of the variation of a wrist sensor's forces, or moments, that a load may leave unexplained: an
-# assumption. Residuals below these bounds, [N] and [N m], are never reported, as a light load may be no larger than
-# the sensor's drift.
+# Largest unexplained share of the variation of a wrist sensor's forces, or moments: an assumption. Residuals below
+# the second pair, [N] and [N m], are never reported, because a light load may be smaller than the drift.
 _MOST_WRENCH_RESIDUAL, _WRENCH_DRIFT = 0.5, (1.0, 0.2)
-# Largest relative error of the mass, in each half of a run, at which the gains are accepted, and the largest error in
-# standard deviations. The UR10e's halves err by less than 0.4 %. The second bound also applies to the weight of an
+# Largest relative error of the mass from each half of a run at which the gains are accepted, and the same in standard
+# deviations. The errors of the UR10e's halves are below 0.4 %. The second limit also applies to the weight of an
 # empty hand.
 _MOST_HALF_ERROR, _MOST_HALF_SDS = 0.05, 3.0
-# Largest ratio of the errors to those of the runs that calibrated the gains or show the empty arm. In 28 windows of a
-# UR10e's recording the ratio is at most 1.5; with mistakes it is 4.6 or more.
+# Largest ratio between the errors of a run and those of the runs that calibrated the gains or show the empty arm. In
+# 28 windows of a UR10e's recording the ratio is at most 1.5; with mistakes it is 4.6 or more.
 _MOST_ERRORS = 4.0
-# Geometric mean over the joints of the ratio below which errors are suspiciously small: torques or currents that a
-# controller commands have no sensor noise. In the UR10e's pair commanded values have a mean of .09, and of .15 with
-# 30 % of the measured error at the first joint; in its windows of 12 s the mean is at least .65.
+# Ratio below which errors are suspiciously small (geometric mean over joints), because commanded torques or currents
+# have no sensor noise. In the UR10e's pair commanded values have a mean of .09, or .15 with 30 % of the measured
+# error at the first joint; in its windows of 12 s the mean is at least .65.
 _LEAST_ERRORS = 0.25
-# Largest difference between the masses of the two halves of a run, in standard deviations: at most 1.7 in good
-# windows, at least 7 if the load is lost half-way. Shortest half, [s], as errors are correlated over blocks of two
+# Largest difference between the masses from the two halves of a run, in standard deviations: at most 1.7 in good
+# windows, at least 7 if the load is lost half-way. Shortest half, [s], because errors are correlated over two
 # seconds.
 _MOST_APART, _SHORTEST_HALF = 4.0, 4.0
 
 
 class OwnWeight(NamedTuple):
-    """Regression of a run's signals on torques due to the arm's own weight."""
+    """Regression of a run's signals on the torques due to the arm's own weight."""
 
     # Signal per torque, fitted together with friction and rotor inertia, shape (n,), [unit of the signal per N m].
     gain: Array
-    # Share of the signal's variance beyond friction that the torques explain, with those of rotors, shape (n,).
+    # Share of the signal's variance beyond friction that own weight and rotor inertia explain, shape (n,).
     explained: Array
     error: Array  # relative standard error of the gain, shape (n,)
-    judged: Mask  # True for the joints that can be judged, shape (n,)
+    judged: Mask  # True for each joint that can be tested, shape (n,)
 
 
 def find_doubts(
@@ -144,12 +143,17 @@ def find_doubts(
     before: Gains,
     settings: IdentificationSettings,
 ) -> tuple[str, ...]:
-    """Finds reasons to doubt a belief, one sentence each.
+    """Finds reasons to doubt an identified payload.
 
-    The arm must have the gravity of the runs, and the runs the joint order of the arm. ``before`` has the gains as
-    known before the loaded run, drift included, or as calibrated in it.
+    Args:
+        robot: Arm, with the gravity of the runs.
+        loaded: Loaded run, with joints in the order of the arm's joints.
+        empty: Empty runs, with joints in the same order.
+        belief: Posterior of the payload.
+        before: Gains that were known before the loaded run, including their drift; or gains calibrated in this run.
+        settings: Settings of the identification.
 
-    Returns: The sentences; an empty tuple if there is no reason to doubt.
+    Returns: One sentence per reason; an empty tuple without any.
     """
     if loaded.description.kind is SignalKind.WRENCH:
         return tuple(_judge_wrench(loaded, belief, before, settings))
@@ -168,7 +172,7 @@ def find_doubts(
 
 
 def compare_with_own_weight(robot: SerialChain, run: Run, settings: IdentificationSettings) -> OwnWeight:
-    """Compares joint signals with the torques of the arm alone. Gravity is the run's."""
+    """Fits joint signals with the torques due to the arm's own weight, for the gravity in the run's description."""
     robot = robot.with_gravity(run.description.gravity)
     prepared = prepare(run, settings)
     torque = robot.compute_arm_torques(*prepared.motion)
@@ -183,12 +187,12 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
         friction = np.column_stack([np.sign(v), v, np.ones_like(v)])
         columns = [tau, np.abs(tau) * np.sign(v), friction]
         if run.description.kind.feels_gears:
-            columns.append(prepared.vdot[used, j])  # the inertia of the rotor, which no robot's file has
+            columns.append(prepared.vdot[used, j])  # rotor inertia, which robots' files do not contain
         own = np.column_stack(columns)
         solution, without = np.linalg.lstsq(own, x)[0], np.linalg.lstsq(friction, x)[0]
         rest, all_of_it = np.sum((x - own @ solution) ** 2), np.sum((x - friction @ without) ** 2)
         gain[j], torque_sd[j] = solution[0], tau.std()
-        pieces = max(len(x) / (prepared.rate * _AGREEMENT), 1.0)  # number of independent stretches
+        pieces = max(len(x) / (prepared.rate * _AGREEMENT), 1.0)  # number of independent errors
         covariance = np.linalg.pinv(own.T @ own) * rest / pieces
         error[j] = np.sqrt(covariance[0, 0]) / max(abs(solution[0]), 1e-30)
         explained[j] = 1.0 - rest / all_of_it if all_of_it > 0.0 else 0.0
@@ -196,9 +200,9 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
 
 
 def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> Array:
-    """Compares gains from the arm's own weight in an empty run with known gains.
+    """Compares gains estimated from the arm's own weight in an empty run with known gains.
 
-    Returns: The ratios and their relative standard errors, shape (n, 2); NaN for joints that cannot be judged.
+    Returns: The ratios and their relative standard errors, shape (n, 2); NaN for joints that cannot be tested.
     """
     own = compare_with_own_weight(robot, run, settings)
     ratio = own.gain / gains.mean[:, 0]
@@ -209,11 +213,11 @@ def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: Identificati
 def _judge_controller(
     robot: SerialChain, empty: Run, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Compares own-weight signals with those of the run that gave the gains."""
+    """Tests if own-weight signals have changed since the run that calibrated the gains."""
     if before.own_weight is None or empty.description.compensates_arm:
         return
     now, prior = weigh_arm(robot, empty, before, settings), settings.get_prior(before.kind)
-    # Both runs drift; the errors of the file are the same in both.
+    # Gains drift in both runs, while the errors of the file are the same in both.
     drift = np.sqrt(2.0) * np.hypot(prior.drift_common_sd, prior.drift_own_sd)
     change = now[:, 0] / before.own_weight[:, 0] - 1.0
     sd = np.sqrt(drift**2 + now[:, 1] ** 2 + before.own_weight[:, 1] ** 2)
@@ -226,7 +230,10 @@ def _judge_controller(
 
 
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:
-    """Checks that a run is long enough to determine the gains. A weighed load or a repeated motion passes."""
+    """Tests if a run is long enough to determine the gains from the arm's own weight.
+
+    The duration does not matter with a weighed load or a repeated motion.
+    """
     duration = float(run.times[-1] - run.times[0])
     if not before.is_by_weight or belief.fit.evidence.is_repeated:
         return
@@ -246,7 +253,7 @@ def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[
 def _judge_signals(
     robot: SerialChain, run: Run, factor: float, belief: PayloadBelief, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Compares a run's signals with own-weight torques, which may be wrong by a factor."""
+    """Compares a run's signals with own-weight torques that may be wrong by a given factor."""
     own = compare_with_own_weight(robot, run, settings)
     bound = _LEAST_EXPLAINED if factor == _MOST_FILE_FACTOR else _LEAST_EXPLAINED_LOADED
     unit = run.description.kind.unit
@@ -259,7 +266,7 @@ def _judge_signals(
                 f"{100 * bound:.0f} % is usual: joints, gravity, times or the robot's file do not belong to this run"
             )
         elif ratio <= 0.0 or abs(np.log(ratio)) > np.log(factor) + _MOST_CHANGE * own.error[j]:
-            found = f"{own.gain[j]:.3g} {unit} per N m, the load one of {belief.gains[j, 0]:.3g}"
+            found = f"{own.gain[j]:.3g} {unit} per N m, the load {belief.gains[j, 0]:.3g}"
             yield (
                 f"{where}: the arm's own weight implies a gain of {found}: check the signal, its sign and unit, "
                 "gravity, the gains, the weighed mass and the robot's file"
@@ -270,14 +277,14 @@ def check_sensors(run: Run) -> None:
     """Checks that the signals of all moving joints change.
 
     Raises:
-        BadValueError: The signal of a moving joint is constant, or all signals of postures are.
+        BadValueError: The signal of a moving joint is constant, or all signals are the same in all postures.
     """
     if run.description.postures and np.ptp(run.signal, axis=0).max() <= _SAME * np.abs(run.signal).max():
         problem = f"is the same in all {len(run.times)} postures, must change: turn joints that turn the hand about"
         raise BadValueError(run.source, "signal", f"{problem} an axis that is not along gravity")
     moves, names = np.ptp(run.q, axis=0) > _LEAST_RANGE, run.description.joint_names
     if run.description.postures and run.description.kind is not SignalKind.WRENCH:
-        moves = moves & (run.signal[0] != 0.0)  # a joint whose axis is along gravity feels nothing at rest
+        moves = moves & (run.signal[0] != 0.0)  # a joint with a vertical axis bears no load at rest
     if run.description.kind is SignalKind.WRENCH:
         moves, names = np.tile(moves.any(), len(WRENCH_COLUMNS)), WRENCH_COLUMNS
     for j in np.flatnonzero(moves & (np.ptp(run.signal, axis=0) == 0.0)):
@@ -287,7 +294,7 @@ def check_sensors(run: Run) -> None:
 
 
 def _find_late(run: Run) -> Iterator[str]:
-    """Finds velocities with a delay relative to their angles, which distorts torques."""
+    """Detects velocities that are delayed relative to the angles, which distorts torques."""
     if run.v is None:
         return
     moves = np.flatnonzero(np.ptp(run.q, axis=0) > _LEAST_RANGE)
@@ -301,9 +308,9 @@ def _find_late(run: Run) -> Iterator[str]:
 
 
 def _find_stuck(run: Run) -> Iterator[str]:
-    """Finds signals that repeat the same value while their joint moves."""
+    """Finds signals that are constant although their joint moves."""
     for j, name in enumerate(run.description.joint_names):
-        # Rows at which the signal takes another value, and the rows before them.
+        # Rows at which the signal changes, and the rows before them.
         first = np.concatenate([[0], np.flatnonzero(np.diff(run.signal[:, j])) + 1])
         last = np.concatenate([first[1:], [len(run.times)]]) - 1
         durations = run.times[last] - run.times[first]
@@ -320,7 +327,10 @@ def _find_stuck(run: Run) -> Iterator[str]:
 def _judge_fit(
     robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Checks gains, residual and halves of a joint fit. Yields one sentence per doubt."""
+    """Tests the fit of a run with joint signals: gains, residuals, and agreement of both halves.
+
+    Yields one sentence per doubt.
+    """
     evidence = belief.fit.evidence
     torque_sd = evidence.arm_torque.std(axis=0)
     strength = _compute_strength(robot)
@@ -352,7 +362,10 @@ def _judge_fit(
 def _judge_wrench(
     loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Checks tare, mass, gains, residual and halves of a wrist fit. Yields one sentence per doubt."""
+    """Tests the fit of a run with wrist forces: tare, mass, gains, residuals, and agreement of both halves.
+
+    Yields one sentence per doubt.
+    """
     evidence = belief.fit.evidence
     tare, tare_sd = evidence.phantom[0], np.sqrt(evidence.phantom_covariance[0, 0])
     if tare < -_MOST_HALF_SDS * tare_sd:
@@ -374,7 +387,7 @@ def _judge_wrench(
 
 
 def _judge_shifts(belief: PayloadBelief, before: Gains) -> Iterator[str]:
-    """Compares gains with prior knowledge, unless a weighed load calibrated them."""
+    """Compares gains with their prior. Gains calibrated in this run are not compared."""
     if belief.calibration is not None:
         return
     shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(np.maximum(before.covariance[:, 0, 0], 1e-30))
@@ -382,7 +395,7 @@ def _judge_shifts(belief: PayloadBelief, before: Gains) -> Iterator[str]:
     if belief.fit.evidence.kind is SignalKind.WRENCH:
         masses = measure_axes(belief.fit)[0] * (belief.fit.mode.load + belief.fit.likelihood.prior.phantom)[0]
         shown = ", ".join(f"{name} {mass:.3g} kg" for name, mass in zip(WRENCH_COLUMNS, masses, strict=False))
-        reason = f"the sensor's scale or axes are wrong, or the fit is; by the weight below it {shown}"
+        reason = f"the sensor's scale or axes, or the fit, are wrong; mass according to each axis: {shown}"
     for j in np.flatnonzero(shift > _MOST_SHIFT):
         yield (
             f"{belief.channel_names[j]}: the load implies a gain {shift[j]:.0f} standard deviations away from what "
@@ -391,7 +404,7 @@ def _judge_shifts(belief: PayloadBelief, before: Gains) -> Iterator[str]:
 
 
 def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:
-    """Compares the identified mass with the weighed mass. A mass that calibrated the gains is not compared."""
+    """Compares the identified mass with the weighed mass, unless the latter calibrated the gains."""
     if belief.reference_mass is not None and belief.calibration is None:
         apart = abs(belief.mass - belief.reference_mass)
         if apart > max(_MOST_SHIFT * belief.mass_sd, _MOST_HALF_ERROR * belief.reference_mass):
@@ -402,7 +415,7 @@ def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:
 
 
 def _judge_errors(belief: PayloadBelief, settings: IdentificationSettings) -> Iterator[str]:
-    """Compares errors with those of other runs. The other runs calibrated the gains or show the empty arm."""
+    """Compares the errors with those of the runs that calibrated the gains or show the empty arm."""
     fit = belief.fit
     bare = replace(fit.evidence, least_variance=np.zeros(1)).build_error_model(settings)
     variance = bare.estimate_variance(fit.statistics, fit.weights)
@@ -430,9 +443,10 @@ def _judge_changes(
     judged: NDArray[np.intp],
     settings: IdentificationSettings,
 ) -> Iterator[str]:
-    """Tests if gains changed since the empty run. Judged joints are tested together, then one by one.
+    """Tests if gains changed since the empty run, for all tested joints together, then for each joint.
 
-    Only repeated motions are tested, because errors of a fitted arm or of a few postures look like such a change.
+    Only repeated motions are tested, because the errors of a fitted arm, or of a few postures, resemble such a
+    change.
     """
     if not judged.size:
         return
@@ -457,7 +471,10 @@ def _judge_changes(
 def _judge_halves(
     loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Compares the masses from the two halves of the run. Gains are the same for both, or from the other half."""
+    """Compares the masses identified from the two halves of a run.
+
+    Both halves use the same gains, or in a calibration the gains from the other half.
+    """
     if belief.calibration is not None:
         halves = belief.halves
         if (
@@ -487,9 +504,9 @@ def _judge_halves(
 
 
 def _judge_gains(robot: SerialChain, belief: PayloadBelief, judged: Mask) -> Iterator[str]:
-    """Finds implausible gains of judged joints, as far as the run determines them."""
+    """Finds implausible gains of tested joints, allowing for their uncertainty."""
     evidence = belief.fit.evidence
-    if belief.calibration is not None:  # including the uncertainty of the body
+    if belief.calibration is not None:  # includes the uncertainty of the body
         gains, covariance = belief.calibration.mean, belief.calibration.covariance
     else:
         gains, covariance = belief.fit.likelihood.estimate_gains(belief.fit.mode.load)
@@ -511,7 +528,7 @@ def _judge_gains(robot: SerialChain, belief: PayloadBelief, judged: Mask) -> Ite
 
 
 def _leaves_much(belief: PayloadBelief) -> bool:
-    """Returns True if much of the load's signal is unexplained. Only joints that the load affects count."""
+    """Returns True if the residual is large relative to the load's signal, at joints that the load affects."""
     load_sd = (belief.fit.evidence.samples.Y @ belief.parameters).std(axis=0)
     turned = load_sd >= _LEAST_LOAD_TORQUE * load_sd.max()
     left = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * load_sd, 1e-30)
@@ -521,8 +538,8 @@ def _leaves_much(belief: PayloadBelief) -> bool:
 def _compare_alternatives(
     robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Tests two other interpretations: the opposite load, and exchanged joints."""
-    if belief.calibration is not None:  # the gains follow from the interpretation that is tested
+    """Tests two other interpretations of the runs: a load with the opposite sign, and exchanged joints."""
+    if belief.calibration is not None:  # these gains depend on the tested interpretation
         before = before.widen()
     evidence = belief.fit.evidence
     every = max(1, round(evidence.rate / _COMPARISON_RATE))
@@ -532,7 +549,7 @@ def _compare_alternatives(
         return
 
     def measure(other: Evidence) -> float:
-        """Computes the mean logarithm of the joints' error variances."""
+        """Computes the mean log error variance over joints."""
         fit = fit_payload(other, build_channel_prior(other, before, settings), SolidPrior.for_hand(), settings)
         return float(np.log(fit.long_run_variance[other.samples.used.sum(axis=0) >= _FEWEST_SAMPLES]).mean())
 
@@ -559,7 +576,7 @@ def _compare_alternatives(
 
 
 def _compute_strength(robot: SerialChain) -> float:
-    """Computes the strongest joint's gravity torque, [N m]. The torque is the root mean square over all postures."""
+    """Computes the RMS gravity torque of the strongest joint over random postures, [N m]."""
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (_NUM_POSTURES, robot.num_joints))
     torque = robot.compute_arm_torques(q, np.zeros_like(q), np.zeros_like(q))
     return max(float(np.sqrt((torque**2).mean(axis=0)).max()), 1e-9)

@@ -1,4 +1,4 @@
-"""Builds evidence from a payload of a real robot, which a camera has seen."""
+"""Converts the identified payload of a seen object into evidence for a material memory."""
 
 from pathlib import Path
 
@@ -19,12 +19,12 @@ from affordance.vision.prediction import measure_geometry
 def build_identified_trial(
     belief: PayloadBelief, seen: SeenObject, robot: SerialChain, run: Run, object_name: str, unseen_share: float
 ) -> TrialEvidence:
-    """Builds the evidence of a run with a seen object, in the object's frame.
+    """Builds the evidence that a run gives about a seen object, in the object's frame.
 
-    ``unseen_share`` is the standard deviation of the unseen mass divided by the total mass.
+    ``unseen_share`` is the standard deviation of the unseen mass as a fraction of the total mass.
 
     Raises:
-        BadArgumentError: If the payload was identified without a seen object.
+        BadArgumentError: The payload was identified without a seen object.
     """
     if belief.felt is None:
         raise BadArgumentError("belief", "", "was identified without a seen object, must be identified with one")
@@ -47,12 +47,14 @@ def build_identified_trial(
 
 
 def teach(place: str, trial: TrialEvidence, prior: Prior) -> tuple[MaterialMemory, bool]:
-    """Adds a trial to a lasting memory. Returns the new belief, and True if the trial was new.
+    """Adds a trial to a lasting memory.
 
     Args:
-        place: Path of the memory that learns.
+        place: Path of the memory.
         trial: Evidence of the run.
-        prior: Prior of materials that were never felt.
+        prior: Prior for materials that were never felt.
+
+    Returns: The updated memory, and True if the trial was new.
     """
     with open_memory(place) as ledger:
         is_new = ledger.append([trial]) > 0

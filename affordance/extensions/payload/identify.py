@@ -1,4 +1,4 @@
-"""Identifies a held payload from recorded joint motion and signals."""
+"""Identifies a payload from recorded joint motion and signals."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -39,12 +39,12 @@ from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.prediction import predict_object
 
-# Analysis of a loaded run, from empty runs and the gains as known before.
+# Builds the evidence about a load from the arm, the loaded run, empty runs, and prior gains.
 type _Analysis = Callable[[SerialChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]
-# Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
+# Bounds of a reference mass, [kg].
 _MASSES = (1e-3, 1e3)
 _EARTH = 9.81  # [m/s^2]
-_OVERLAP = 0.2  # share of common samples above which two runs are the same recording
+_OVERLAP = 0.2  # share of common samples above which two runs count as the same recording
 
 
 class Runs(NamedTuple):
@@ -80,22 +80,22 @@ def identify(
     """Identifies a payload from recorded runs.
 
     Args:
-        arm: Robot up to the tip that carries the payload, from ``load_robot``, or a ``Robot`` up to its hand.
-        runs: Recordings, whose joints are matched by name.
-        paired: True if the loaded run repeats the motion of the empty one; ignored without an empty run.
+        arm: Serial chain from ``load_robot`` up to the link that carries the payload, or a ``Robot``.
+        runs: Recordings. Joints are matched by name.
+        paired: True if the loaded run repeats the motion of the empty run; ignored without an empty run.
         gains: Gains calibrated earlier with a weighed load; None to estimate them from these runs.
-        reference_mass: Weighed mass of the load, [kg], which calibrates currents and checks other signals; None for
-            that of the loaded run's description.
-        seen: Belief about the object from a camera and a memory of materials; None without a camera.
-        solid_prior: Prior of a body that no camera has seen; None for any solid that a hand could hold.
-        deviation: Standard deviation of an object's density about its material's mean, as a fraction of it.
-        settings: Settings of nuisances, filters and samples.
+        reference_mass: Weighed mass of the load, [kg], which calibrates currents and checks other signals; None to
+            use the mass in the loaded run's description, if any.
+        seen: Prediction for the object from a camera and a material memory; None without a camera.
+        solid_prior: Prior of an unseen body; None for a broad prior over solids that a hand can hold.
+        deviation: Standard deviation of an object's density about its material's mean, as a fraction of the mean.
+        settings: Settings of nuisance parameters, filters and sampling.
 
     Returns: The posterior of the payload, with any reasons not to trust it.
 
     Raises:
         BadArgumentError: An argument has the wrong type or is out of bounds.
-        BadValueError: A run does not fit the arm, or does not repeat the other.
+        BadValueError: A run does not fit the arm, or paired runs have different motions.
     """
     if not isinstance(arm, SerialChain):
         hint = "load_robot(PATH, TIP) returns one, Robot.load(FOLDER) contains one"
@@ -106,7 +106,7 @@ def identify(
     _check_kinds(loaded, empty)
     for run in (*empty, loaded):
         check_run(arm, run)
-    if loaded.description.postures:  # at rest nothing is filtered, and the errors of postures are independent
+    if loaded.description.postures:  # postures are not filtered, and their errors are independent
         settings = replace(settings, block=POSTURE_STEP, trim=0.0, min_speed=0.0)
     first = (*empty, loaded)[0]
     contradictions = [f"{first.source}: {each}" for each in find_contradictions(arm, first, settings)]
@@ -118,7 +118,7 @@ def identify(
         check_reference_mass("reference_mass", reference_mass)
     is_calibration = gains is None and reference_mass is not None and description.kind is SignalKind.CURRENT
     if is_calibration and paired and empty:
-        # The difference of two runs needs no gains before the weighed load determines them.
+        # A weighed load calibrates the gains from the difference of two runs, which needs no gains in advance.
         before = build_nominal_gains(arm.joint_names, description.kind, settings)
     else:
         before = find_gains(arm, loaded, empty, gains, settings)
@@ -158,9 +158,9 @@ def identify(
 
 
 def see_tool(tool: Tool, memory: MaterialMemory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:
-    """Predicts a seen tool from known materials and objects, and a prior for others.
+    """Predicts mass and inertia of a seen tool from a material memory and a prior for unknown materials.
 
-    The size of its parts has an error with the relative standard deviation ``scale_sd``, equal in all directions.
+    The size of each part has a relative error with standard deviation ``scale_sd``, equal in all directions.
     """
     features = tuple(
         replace(part, deformations=_scale(part.X_TE[:3, 3], scale_sd))
@@ -170,7 +170,7 @@ def see_tool(tool: Tool, memory: MaterialMemory, prior: Prior, scale_sd: float =
 
 
 def _scale(centre: Array, sd: float) -> Array:
-    """Computes how a part changes that grows about its centre by one SD, (G, 4, 4)."""
+    """Computes the deformation of a part that grows about its centre by one SD, shape (G, 4, 4)."""
     growth = np.zeros((1, 4, 4))
     growth[0, :3, :3] = sd * np.eye(3)
     growth[0, :3, 3] = -sd * centre
@@ -178,7 +178,7 @@ def _scale(centre: Array, sd: float) -> Array:
 
 
 def check_reference_mass(name: str, mass: float) -> None:
-    """Checks that the weighed mass of a load, [kg], is within bounds.
+    """Checks that a weighed mass is within bounds, [kg].
 
     Raises:
         BadArgumentError: The mass is out of bounds.
@@ -204,7 +204,7 @@ def _assume_of_hand(
     arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: bool, has_empty: bool
 ) -> Iterator[str]:
     """Lists assumptions that no recording can check, one sentence each."""
-    others = ""  # without a tare, the analysis says what counts as load
+    others = ""  # without an empty run, the analysis itself states what counts as load
     if has_empty:
         others = (
             ", and whatever was attached there in the empty runs still is: a gripper missing from them counts as"
@@ -232,10 +232,10 @@ def _assume_of_hand(
 
 
 def check_run(arm: SerialChain, run: Run) -> None:
-    """Checks that an arm can move as in a run, and that its sensors work.
+    """Checks that an arm can follow a run, and that its sensors work.
 
     Raises:
-        BadValueError: A joint turns too fast or beyond its limits, or a sensor never changes.
+        BadValueError: A joint turns too fast or exceeds its limits, or a sensor signal is constant.
     """
     run.check_rates(arm.velocity_limits, arm.limits, arm.source)
     _check_angles(arm, run)
@@ -243,7 +243,7 @@ def check_run(arm: SerialChain, run: Run) -> None:
 
 
 def _check_angles(arm: SerialChain, run: Run) -> None:
-    """Checks that a run stays within the angle limits of the arm's joints."""
+    """Checks that the joint angles of a run are within the arm's limits."""
     low, high = arm.limits
     beyond = np.maximum(low - run.q, run.q - high) - ANGLE_SLACK
     row, joint = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
@@ -266,7 +266,7 @@ def _choose_analysis(loaded: Run, empty: Sequence[Run], paired: bool) -> _Analys
 def find_gains(
     arm: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains | None, settings: IdentificationSettings
 ) -> Gains:
-    """Returns the gains that are known before the loaded run."""
+    """Determines the prior gains of the loaded run: given, nominal, or estimated from the arm's own weight."""
     run = (*empty, loaded)[0]
     kind = run.description.kind
     names = WRENCH_COLUMNS if kind is SignalKind.WRENCH else arm.joint_names
@@ -279,7 +279,7 @@ def find_gains(
     own = estimate_gains(arm, run, prepare(run, settings), settings)
     if empty:
         return own
-    # The signals include the load, which would be mistaken for larger gains.
+    # The load contributes to the signals, so gains estimated from them would be too large.
     source = (
         f"assumed to be alike, each uncertain by 50 % and all by {100 * own.common_sd:g} % in common, "
         f"by the weight in {arm.source}; a weighed load would give 2 %"

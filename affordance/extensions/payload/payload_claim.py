@@ -1,4 +1,4 @@
-"""Compares the payload that is set on a controller with the payload in a run."""
+"""Compares the payload that is set on a controller with the payload identified from a run."""
 
 from typing import Any, NamedTuple
 
@@ -12,40 +12,40 @@ from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.objects.inertia import build_transform_map
 
 TOLERANCE = 0.05
-# Least mass to which the tolerance applies, [kg], as the errors of a light payload matter no more than its weight,
-# and lever at which a mass tolerance becomes that of a first moment, [m].
+# Payload mass below which the tolerance no longer shrinks, [kg], because small errors of a light payload do not
+# matter; and lever arm that converts a mass tolerance into a first-moment tolerance, [m].
 _LEAST, _LEVER = 1.0, 0.2
-_SCALE = np.array([1.0, _LEVER, _LEVER, _LEVER])  # tolerances of mass and first moment, relative to that of the mass
-# Probability above which a setting is right, and plausibility below which it is wrong.
+_SCALE = np.array([1.0, _LEVER, _LEVER, _LEVER])  # tolerances of mass and first moment per tolerance of mass
+# Least probability of a setting that is judged right, and plausibility below which it is judged wrong.
 _RIGHT, _WRONG = 0.5, 0.05
 _SAME = np.eye(4)  # pose of a frame in itself
-# Variance of mass and first moment below which they count as exact, as a share of the squared tolerances.
+# Variance added to mass and first moment to make their covariance regular, as a share of the squared tolerances.
 _EXACT = 1e-12
 
 
 class ClaimVerdict(NamedTuple):
-    """Comparison of a payload setting with a belief."""
+    """Comparison of a payload setting with the identified payload."""
 
     probability: float  # probability that mass and first moment are right within the tolerance
-    # Probability of a payload that is farther from the mean of the belief, in standard deviations of mass and first
-    # moment, than the nearest payload within the tolerance of the setting; 1 if the mean itself is within the
+    # Posterior probability of payloads whose mass and first moment are farther from the posterior mean, in
+    # Mahalanobis distance, than the nearest payload within the tolerance of the setting; 1 if the mean is within the
     # tolerance.
     plausibility: float
     mass_tolerance: float  # largest error of a mass that counts as right, [kg]
     moment_tolerance: float  # largest error of a first moment that counts as right, [kg m]
-    # Largest torque error over the run at each joint if the setting is used, according to the mean of the belief,
-    # shape (C,), [N m].
+    # Largest torque error of each joint during the run if the setting is used and the posterior mean is true, shape
+    # (C,), [N m].
     torque_error: Array
-    # True if the moments that are set were compared; None if none are set; False if the run cannot check them,
-    # because they cause less torque than mass and first moment may be wrong by.
+    # True if the set moments were compared; None if none are set; False if the run cannot check them, because they
+    # cause less torque than the allowed errors of mass and first moment.
     moments_compared: bool | None = None
 
     @property
     def verdict(self) -> str:
         """Verdict: right, wrong or open.
 
-        A belief that is much wider than the tolerance gives every setting a small probability, so a setting is wrong
-        only if the belief excludes it.
+        A wide posterior gives every setting a low probability. A setting is therefore wrong only if it is implausible
+        under the posterior.
         """
         if self.probability >= _RIGHT:
             return "right"
@@ -68,15 +68,18 @@ class Claim(NamedTuple):
 def judge_claim(
     belief: PayloadBelief, claimed: PayloadSetting, tolerance: float = TOLERANCE, X_FT: Array = _SAME
 ) -> ClaimVerdict:
-    """Compares the payload that is set on a controller with the payload in a run.
+    """Tests if a payload setting agrees with the identified payload.
 
-    A setting is right if its mass is within the tolerance times the set mass, or times 1 kg for lighter payloads, and
-    its first moment is within 0.2 m times that. Moments of inertia are compared by their torques. The allowed error
-    is the torque that the tolerances of mass and first moment cause. Slow motions hardly ever show the moments: if
-    both the set moments and 95 % of the believed ones cause less torque than this, ``moments_compared`` is False.
+    A setting is right if its mass and first moment are within their tolerances. The tolerance of the mass is relative
+    to the set mass, or to 1 kg for lighter payloads. The tolerance of the first moment is 0.2 m times the tolerance
+    of the mass.
+
+    Moments of inertia are right if the torque due to their errors is at most the torque that the tolerances of mass
+    and first moment cause. Slow motions rarely reveal the moments. If both the set moments and at least 95 % of the
+    posterior cause less torque than allowed, ``moments_compared`` is False.
 
     Args:
-        belief: Belief about the whole payload, in the frame T of the tip.
+        belief: Posterior of the whole payload, in the frame T of the tip.
         claimed: Setting of the whole payload, in the frame F of the flange.
         tolerance: Relative tolerance of the mass, from 0.001 to 1.
         X_FT: Pose of T in F, shape (4, 4).
@@ -94,8 +97,7 @@ def judge_claim(
     plausibility = _measure_plausibility(away[:, :4] / (mass * _SCALE), weights)
     moments_compared = None
     if claimed.inertia is not None:
-        # Torques, root mean square over the run: those of the allowed errors of mass and first moment, and those of
-        # moments.
+        # RMS torques over the run due to the allowed errors of mass and first moment, and due to moments of inertia.
         squares = np.einsum("nci,ncj->cij", Y, Y, optimize=True) / len(Y)
         allowed = mass * (
             np.sqrt(squares[:, 0, 0]) + _LEVER * np.sqrt(np.trace(squares[:, 1:4, 1:4], axis1=1, axis2=2))
@@ -111,20 +113,23 @@ def judge_claim(
 
 
 def _measure_torques(squares: Array, moments: Array) -> Array:
-    """Computes RMS torques, (S, C), [N m], of moments of inertia, (S, 6), over the run.
+    """Computes RMS torques over the run, (S, C), [N m], of moments of inertia, (S, 6).
 
-    ``squares`` holds the mean products of the regressor's columns of the moments, shape (C, 6, 6).
+    ``squares`` contains the mean products of the regressor columns of the moments, shape (C, 6, 6).
     """
     of_joints: Array = np.einsum("si,cij,sj->sc", moments, squares, moments, optimize=True)
     return np.sqrt(np.maximum(of_joints, 0.0))
 
 
 def _measure_plausibility(away: Array, weights: Array) -> float:
-    """Computes the probability of deviations beyond the nearest tolerated one. Distance is from their mean.
+    """Computes the posterior probability of deviations farther from the mean than the nearest tolerated deviation.
 
-    Deviations from the setting in mass and first moment are in units of their tolerances, shape (N, 4). A deviation
-    is within the tolerance if its first number is from -1 to 1 and the vector of the others has a length of at most
-    1. Distances are Mahalanobis distances.
+    Distances are Mahalanobis distances. A deviation is tolerated if its first component is from -1 to 1 and the other
+    three have a norm of at most 1.
+
+    Args:
+        away: Deviations of mass and first moment from the setting, in units of their tolerances, shape (N, 4).
+        weights: Weights of the samples, shape (N,).
     """
     mean = weights @ away
     scatter = away - mean
@@ -135,8 +140,8 @@ def _measure_plausibility(away: Array, weights: Array) -> float:
 
 
 def _find_nearest(precision: Array, mean: Array) -> Array:
-    """Finds the tolerated deviation nearest to a mean, (4,), under a precision, (4, 4)."""
-    # The first number is optimised out for each vector of the others, and clipped where it exceeds the tolerance.
+    """Finds the tolerated deviation nearest to a mean, (4,), for a precision matrix, (4, 4)."""
+    # The first component is minimised out for each vector of the others, and clipped at the tolerance.
     row, rest = precision[0, 1:] / precision[0, 0], precision[1:, 1:]
     vector = _find_nearest_vector(rest - precision[0, 0] * np.outer(row, row), mean[1:])
     first = mean[0] - row @ (vector - mean[1:])
@@ -148,17 +153,14 @@ def _find_nearest(precision: Array, mean: Array) -> Array:
 
 
 def _find_nearest_vector(precision: Array, mean: Array) -> Array:
-    """Finds the vector of length up to 1 nearest to a mean, (3,). The precision is (3, 3)."""
+    """Finds the vector with norm at most 1 that is nearest to a mean, (3,), for a precision matrix, (3, 3)."""
     if np.linalg.norm(mean) <= 1.0:
         return mean
     values, vectors = np.linalg.eigh(precision)
     along = values * (vectors.T @ mean)
 
     def measure(multiplier: float) -> float:
-        """Computes by how much the vector's length exceeds 1 at a Lagrange multiplier.
-
-        The multiplier belongs to the constraint.
-        """
+        """Computes the excess of the vector's norm over 1 for a Lagrange multiplier of the norm constraint."""
         return float(np.linalg.norm(along / (values + multiplier))) - 1.0
 
     multiplier = scipy.optimize.brentq(measure, 0.0, np.linalg.norm(along))

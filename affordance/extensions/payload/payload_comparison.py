@@ -1,4 +1,4 @@
-"""Tests if two payloads can be the same body, given both uncertainties."""
+"""Tests if two payloads can be the same body, given the uncertainty of both."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,29 +14,29 @@ from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map
 
 NAMES = ("mass", "centre x", "centre y", "centre z", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 UNITS = ("kg", "m", "m", "m", *["kg m^2"] * 6)
-_DIFFERENT, _SAME = 0.01, 0.05  # probabilities of a larger difference of one body: below, and from which
-# SDs of the differences up to which bodies are called the same: of the mass, relative and at least of 1 kg as for
-# ``--claimed``, and of the centre of mass, [m].
+_DIFFERENT, _SAME = 0.01, 0.05  # p-values below which bodies are different, and from which they may be the same
+# Largest SDs of differences at which two payloads can be called the same: of the mass, as a fraction of the mass or
+# of 1 kg if lighter, as for ``--claimed``; and of the centre of mass, [m].
 _RESOLVED, _LEAST, _RESOLVED_CENTRE = 0.05, 1.0, 0.01
 
 
 class Estimate(NamedTuple):
-    """Payload from a file, in a frame T."""
+    """Payload read from a file, in a frame T."""
 
     name: str  # name of the file
-    frame: str  # name of T; empty if the file names none
+    frame: str  # name of T; empty if the file does not name it
     mean: Array  # the first k of the ten inertial parameters about To, shape (k,), k = 1, 4 or 10
     covariance: Array  # their covariance, shape (k, k); zero for a data sheet
     is_trusted: bool = True
 
     def express(self, frame: str, X_FT: Array) -> "Estimate":
-        """Returns the payload in another frame F, in which T has the pose X_FT, shape (4, 4)."""
+        """Expresses the payload in another frame F, in which T has the pose X_FT, shape (4, 4)."""
         k = len(self.mean)
         A = build_transform_map(X_FT)[:k, :k]
         return self._replace(frame=frame, mean=A @ self.mean, covariance=A @ self.covariance @ A.T)
 
     def describe(self) -> tuple[Array, Array]:
-        """Returns mass, centre of mass and moments about To, with SDs, (k,) each."""
+        """Computes mass, centre of mass and moments about To, and their SDs, shape (k,) each."""
         k, values = len(self.mean), self.mean.copy()
         J = np.eye(k)
         if k > 1:
@@ -47,14 +47,15 @@ class Estimate(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Verdict on two payloads: the same body, different ones, or open.
+    """Result of testing if two payloads are the same body.
 
     Attributes:
         verdict: "same", "different" or "open".
-        p_value: Probability that the same body gives estimates that differ more.
-        values: Values of both for each compared parameter, shape (2, k).
-        sds: Their SDs, shape (2, k).
-        decides: What would decide, if it is open; or which parameter differs; may be empty.
+        p_value: Probability of a larger difference between two estimates of the same body.
+        values: Values of both payloads for each compared parameter, shape (2, k).
+        sds: SDs of the values, shape (2, k).
+        decides: Parameter that differs most, or if the verdict is open, the measurement that would decide; may be
+            empty.
     """
 
     verdict: str
@@ -65,7 +66,7 @@ class Comparison(NamedTuple):
 
     @property
     def apart(self) -> Array:
-        """Differences of the parameters in joint SDs, shape (k,)."""
+        """Differences of the parameters divided by their SDs, shape (k,)."""
         sd = np.hypot(*self.sds)
         return np.asarray((self.values[1] - self.values[0]) / np.maximum(sd, np.finfo(float).tiny))
 
@@ -75,12 +76,12 @@ class Comparison(NamedTuple):
 
 
 def read_estimate(path: Path) -> Estimate:
-    """Reads a payload from JSON of ``identify`` or ``weigh``, or from YAML or JSON.
+    """Reads a payload from JSON of ``identify`` or ``weigh``, or from a setting in YAML or JSON.
 
-    The latter have mass, com, inertia and frame.
+    A setting has the keys mass, com, inertia and frame.
 
     Raises:
-        BadValueError: The file cannot be read, or states no payload.
+        BadValueError: The file cannot be read, or does not contain a payload.
     """
     content = read_json(path) if path.suffix.lower() == ".json" else {}
     if not isinstance(content, dict):
@@ -97,7 +98,7 @@ def read_estimate(path: Path) -> Estimate:
         mean = np.array(content["parameters"], dtype=float)
         covariance = np.array(content["parameters_covariance"], dtype=float)
     except (KeyError, TypeError, ValueError) as error:
-        raise BadValueError(path, "parameters", "are missing or not numbers, must be those of identify") from error
+        raise BadValueError(path, "parameters", "are missing or not numbers, must be from identify") from error
     k = len(mean) if mean.ndim == 1 else 0
     if k not in (4, NUM_PARAMETERS) or covariance.shape != (k, k):
         raise BadValueError(
@@ -105,16 +106,18 @@ def read_estimate(path: Path) -> Estimate:
         )
     if not (np.isfinite(mean).all() and np.isfinite(covariance).all() and mean[0] > 0.0):
         raise BadValueError(
-            path, "parameters", f"begin with {show_value(float(mean[0]))}, must be finite, and a mass"
+            path, "parameters", f"begin with {show_value(float(mean[0]))}, must be finite, with a positive mass"
         )
     return Estimate(path.name, str(content.get("frame", "")), mean, covariance, bool(content.get("trusted", True)))
 
 
 def compare_estimates(first: Estimate, second: Estimate) -> Comparison:
-    """Compares the parameters that two payloads state. If their frames differ, only the masses are compared.
+    """Compares the parameters that two payloads have in common.
+
+    If the frames differ, only the masses are compared.
 
     Raises:
-        BadValueError: Neither has an uncertainty.
+        BadValueError: Neither payload has an uncertainty.
     """
     k = min(len(first.mean), len(second.mean))
     if first.frame and second.frame and first.frame != second.frame:

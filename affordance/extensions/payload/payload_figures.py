@@ -1,4 +1,4 @@
-"""Figures of an identified payload: fit and posterior."""
+"""Plots the fit and the posterior of an identified payload."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -26,7 +26,7 @@ _SCALES = np.array([1.0, 1e2, 1e2, 1e2, *[1e4] * 6])
 
 
 def draw_fit(fit: PayloadFit) -> Figure:
-    """Plots the load's contribution to each channel, the fit, and the residual. The axis is time or posture."""
+    """Plots the load's contribution to each channel, the fit, and the residual, over time or postures."""
     evidence = fit.evidence
     z = evidence.samples.build_columns()  # (C, N, 27)
     residual = np.einsum("cni,ci->nc", z, fit.weights)
@@ -76,7 +76,7 @@ def draw_fit(fit: PayloadFit) -> Figure:
 def draw_posteriors(belief: PayloadBelief) -> Figure:
     """Plots posterior and prior marginals of mass, centre of mass and moments.
 
-    The reference mass is marked, if given.
+    The reference mass is marked if there is one.
     """
     figure = Figure(figsize=(12.0, 5.2))
     axes = figure.subplots(2, 5).ravel()
@@ -86,7 +86,8 @@ def draw_posteriors(belief: PayloadBelief) -> Figure:
         interval = np.array([belief.marginals.low90[i], belief.marginals.high90[i]]) * _SCALES[i]
         margin = np.ptp(interval) + 1e-12
         edges = np.linspace(interval[0] - margin, interval[1] + margin, 41)
-        # Normalised by the whole prior, so that the height shows how much of the prior is in this range.
+        # The prior is normalised over its whole range, so that the height shows how much of it is in the plotted
+        # range.
         share = np.full(len(before), 1.0 / (len(before) * (edges[1] - edges[0])))
         axis.hist(before[:, i], edges, weights=share, color="#cccccc", label="before the run")
         axis.hist(

@@ -1,6 +1,7 @@
-"""Writes an identified payload for other programs, as URDF, SDF, MJCF or JSON.
+"""Writes an identified payload as URDF, SDF, MJCF or JSON.
 
-Numbers keep all their digits. The link has the frame of the identification. Nothing here imports Drake.
+Numbers are written with all digits. The frame of the link is the tip frame of the identification. This module does
+not import Drake.
 """
 
 import json
@@ -16,10 +17,10 @@ from affordance.files.atomic import write_text
 
 SUFFIXES = (".urdf", ".sdf", ".xml", ".json")
 _MOST_DRAWS = 10_000
-# Ball whose moments stand for those that were not measured: density, [kg/m^3], of many household things, and the SD
-# of its logarithm. An assumption, which the files name.
+# Density of a ball that replaces moments that were not measured, [kg/m^3], typical of household objects, and SD of
+# its logarithm. Both are assumptions and are named in the files.
 _DENSITY, _DENSITY_SPREAD = 1000.0, 0.7
-_LEAST = 1e-9  # least principal moment that simulators take, relative to the largest
+_LEAST = 1e-9  # smallest principal moment relative to the largest that simulators accept
 
 
 class Body(NamedTuple):
@@ -33,7 +34,7 @@ class Body(NamedTuple):
     def from_parameters(cls, pi: Array) -> "Body":
         """Builds a body from its ten inertial parameters about To.
 
-        The nearest moments of a possible body are taken if rounding has made them impossible.
+        Moments that rounding has made physically impossible are replaced with the nearest possible moments.
         """
         mass, centre = float(pi[0]), pi[1:4] / pi[0]
         inertia = build_symmetric(pi[4:]) - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
@@ -48,8 +49,7 @@ def spread_moments(parameters: Array, rng: np.random.Generator) -> Array:
 
     The ball has about the density of water.
 
-    Returns:
-        Ten inertial parameters of each sample, shape (S, 10).
+    Returns: Ten inertial parameters of each sample, shape (S, 10).
     """
     mass, moment = parameters[:, 0], parameters[:, 1:4]
     density = _DENSITY * np.exp(_DENSITY_SPREAD * rng.standard_normal(len(mass)))
@@ -65,7 +65,7 @@ def check_target(path: Path | None, draws: int) -> None:
     """Checks the options ``--write`` and ``--draws``.
 
     Raises:
-        BadValueError: No format has the suffix, or the number of draws is out of bounds.
+        BadValueError: No format has the file's suffix, or the number of draws is out of bounds.
     """
     if path is None and draws:
         raise BadValueError("--draws", "", f"is {draws}, must be given with --write FILE")
@@ -85,15 +85,15 @@ def write_payload(
     draws: int = 0,
     seed: int = 0,
 ) -> list[str]:
-    """Writes a payload's posterior mean, and bodies drawn from it, for simulators.
+    """Writes the posterior mean of a payload, and random draws from its posterior, for simulators.
 
     Args:
-        path: File; its suffix, one of ``SUFFIXES``, chooses the format.
+        path: File, with one of the suffixes ``SUFFIXES``.
         bodies: Samples of the ten inertial parameters about To, in T, shape (S, 10).
         frame: Name of T.
         weights: Weights of the samples, shape (S,); None for equal weights.
-        note: Comment of the file on the numbers.
-        draws: Number of bodies to draw; each goes to a file with its number before the suffix.
+        note: Comment on the numbers that is written to the file.
+        draws: Number of random draws; each is written to its own file, with its number before the suffix.
         seed: Seed of the draws.
 
     Returns: Names of the files.
@@ -110,7 +110,7 @@ def write_payload(
 
 
 def describe_written(path: Path, files: Sequence[str]) -> str:
-    """Describes the files that ``write_payload`` wrote to a path, or why there are none."""
+    """Describes the files that ``write_payload`` wrote, or the reason why none were written."""
     if not files:
         return f"{path} is not written, as the answer is not to be trusted"
     return f"{path}: the payload as a link{f'; {len(files) - 1} draws to {files[-1]}' if files[1:] else ''}"
@@ -131,7 +131,7 @@ def format_body(body: Body, suffix: str, frame: str, note: str) -> str:
         content = {"frame": frame, "mass": body.mass, "com": body.centre.tolist(), "inertia": entries}
         return json.dumps(content, indent=2) + "\n"
     xx, yy, zz, xy, xz, yz = (repr(each) for each in entries)
-    # "--" may not stand in a comment of XML, and a stranger's name may contain it.
+    # Comments in XML must not contain "--", but names from foreign files may.
     comment = f"<!-- {show_text(note).replace('--', '- - ')} -->"
     if suffix == ".xml":
         return (

@@ -1,12 +1,12 @@
-"""Payload settings of robot controllers: reads a file, and formats lines to paste.
+"""Reads payload settings of robot controllers, and formats them for several makers.
 
-A controller takes the mass, the centre of mass p_FFcm in the flange frame F, and the moments about Fcm along F's
-axes. Lines have each maker's units and order. Syntax and units follow these documents. No line was tried on a
+A controller needs the mass, the centre of mass p_FFcm in the flange frame F, and the moments about Fcm along F's
+axes. Each line uses the maker's units and order, according to the documents below. No line was tested on a
 controller, and other versions may differ:
 
 - Universal Robots: URScript manual (SW 10.6), set_target_payload: moments about the centre of mass, along the axes of
   the flange; kg, m, kg m^2, and a transition time, s.
-- Franka: libfranka, franka::Robot::setLoad: in the flange frame, the matrix by columns; kg, m, kg m^2.
+- Franka: libfranka, franka::Robot::setLoad: in the flange frame, matrix in column-major order; kg, m, kg m^2.
 - UFACTORY: xArm-Python-SDK, doc/api/xarm_api.md, set_tcp_load: kg, mm; no moments.
 - Doosan: Doosan Robotics API manual, set_workpiece_weight: kg, mm, and the frame; no moments.
 - KUKA: units and axes as in operating instructions MA KR IONTEC V4 (2021), "Load center of gravity and mass moment of
@@ -33,36 +33,36 @@ type _Triple = tuple[float, float, float]
 # Bounds of a payload's mass, [kg], of its centre of mass, [m], and of its moments, [kg m^2].
 _MOST, _FAR = 1e3, 10.0
 _MOMENTS = 9  # number of decimals of moments, [kg m^2]
-_TRANSITION = 0.5  # time in which a UR's controller changes to the new payload, so that the arm does not jump, [s]
+_TRANSITION = 0.5  # time over which a UR controller blends in the new payload, so that the arm does not jerk, [s]
 
 
 class PayloadSetting(NamedTuple):
-    """Payload setting of a controller in a frame T. T is the flange, or the tip of the identification."""
+    """Payload setting of a controller in a frame T, which is the flange or the tip link."""
 
     mass: float  # mass, [kg]
     centre_of_mass: Array  # centre of mass p_TTcm, shape (3,), [m]
     # Moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz about Tcm, shape (6,), [kg m^2]; None if not set.
     inertia: Array | None = None
-    is_centre_guessed: bool = False  # True if the centre of mass is the prior's, as the run did not show it
-    frame: str = ""  # name of T; empty if it is not named
+    is_centre_guessed: bool = False  # True if the centre of mass is the prior mean, because the run did not reveal it
+    frame: str = ""  # name of T; empty if not named
 
     @property
     def parameters(self) -> Array:
-        """Ten inertial parameters about To, shape (10,). Without moments they are those of a point mass."""
+        """Ten inertial parameters about To, shape (10,). Without moments, a point mass is assumed."""
         pi = self.mass * compute_point_parameters(self.centre_of_mass)
         if self.inertia is not None:
             pi[4:] += self.inertia
         return pi
 
     def express(self, X_FT: Array) -> "PayloadSetting":
-        """Returns the payload in another frame F, given the pose X_FT, shape (4, 4)."""
+        """Expresses the payload in another frame F, given the pose X_FT, shape (4, 4)."""
         R, p = X_FT[:3, :3], X_FT[:3, 3]
         moments = None if self.inertia is None else np.array(list_entries(R @ build_symmetric(self.inertia) @ R.T))
         return self._replace(centre_of_mass=p + R @ self.centre_of_mass, inertia=moments)
 
 
 class PayloadEntry(DataModel):
-    """Payload in YAML, with three moments of inertia, or all six moments and products."""
+    """Payload in a YAML file, with three principal moments or all six moments and products of inertia."""
 
     mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
     com: Annotated[
@@ -76,9 +76,7 @@ class PayloadEntry(DataModel):
         Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=3, max_length=6)] | None,
         Field(description="Ixx, Iyy, Izz and optionally Ixy, Ixz, Iyz, about the centre of mass, [kg m^2]."),
     ] = None
-    frame: Annotated[Name | None, Field(description="Frame in which it is given; the flange if none is named.")] = (
-        None
-    )
+    frame: Annotated[Name | None, Field(description="Frame of the payload; the flange if not named.")] = None
 
 
 def read_payload(path: StrPath) -> PayloadSetting:
@@ -104,15 +102,15 @@ def read_payload(path: StrPath) -> PayloadSetting:
 
 
 def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
-    """Formats the lines that set a payload, by robot.
+    """Formats the lines that set a payload, for each maker.
 
-    Each line names the frame and the undetermined quantities. Undetermined moments that a line needs are those of a
-    point mass.
+    Each line names the frame and the quantities that were not identified. Moments that were not identified are set to
+    those of a point mass if the line needs them.
     """
     m, centre = payload.mass, payload.centre_of_mass
     matrix = np.zeros((3, 3)) if payload.inertia is None else build_symmetric(payload.inertia)
     xx, yy, zz, xy, xz, yz = list_entries(matrix)
-    # The name may come from a stranger's robot file. In Python's notation it cannot end a line or a comment.
+    # The frame's name may come from an untrusted file. In Python's notation it cannot end a line or a comment.
     mark = f"in the frame {show_value(frame)}{'; centre of mass not seen' if payload.is_centre_guessed else ''}"
     point = mark if payload.inertia is not None else f"{mark}; moments not seen: a point mass"
     mass, metres, millimetres = f"{m:.4f}", _list(centre, 5), _list(1e3 * centre, 2)
@@ -156,9 +154,9 @@ def _list(values: Array | tuple[float, ...], digits: int) -> str:
 
 
 def _format_krl(mass: str, millimetres: str, matrix: Array) -> str:
-    """Formats a value of $LOAD: principal moments about rotated axes.
+    """Formats a value of KUKA's $LOAD with principal moments and the angles of their axes.
 
-    A, B, C rotate about z, the new y, the new x.
+    The angles A, B, C are rotations about z, the new y, and the new x.
     """
     moments, axes = np.linalg.eigh(matrix)
     axes = axes * np.linalg.det(axes)  # right-handed

@@ -27,12 +27,16 @@ def describe_payload(
     anyway: bool,
     width: int = 0,
 ) -> str:
-    """Describes a belief, with verdicts on claimed payloads and a memory's lesson.
+    """Formats an identified payload as text, with the answer in the first line.
 
-    The first line is the answer. Sentences are wrapped at ``width`` characters unless that is 0; lines to paste never
-    are. Claims and lines to paste are expressed in the flange frame; a string instead of it is the reason for its
-    absence. Each density is named after the materials that have its colour. If the result is not to be trusted, lines
-    to paste are written only with ``anyway``.
+    Args:
+        belief: Posterior of the payload.
+        claims: Payload settings with their verdicts.
+        flange: Flange frame for claims and for lines for controllers, or the reason why it is unknown.
+        materials: Colour of each known material, which names the identified densities.
+        taught: Sentence about the memory that has learned from the run; empty without one.
+        anyway: True to include lines for controllers even if the result is not trusted.
+        width: Number of characters at which sentences are wrapped, except lines for controllers; 0 for no wrapping.
     """
     blocks = [f"{give_answer_line(belief, flange)}\n{_give_verdict(belief)}", _tabulate(belief)]
     if (halves := belief.halves) is not None:
@@ -61,7 +65,7 @@ def describe_payload(
 
 
 def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
-    """Formats the answer in one line: mass, centre of mass, and trust. The centre is in the flange frame."""
+    """Formats mass, centre of mass in the flange frame, and trust, in one line."""
     if isinstance(flange, str):
         frame, payload = belief.tip, PayloadSetting(belief.mass, belief.centre_of_mass)
     else:

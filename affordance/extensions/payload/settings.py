@@ -1,6 +1,6 @@
-"""Settings of identification, each with the source of its value.
+"""Settings of the identification, with a source for each value.
 
-For numbers that come from a recording, docs/decisions/0020-recorded-data.md names the recording and other evidence.
+If a value comes from a recording, docs/decisions/0020-recorded-data.md describes the recording and other evidence.
 """
 
 import enum
@@ -17,16 +17,16 @@ _RECORDED = "docs/decisions/0020-recorded-data.md"
 
 
 class SignalKind(enum.Enum):
-    """Kind of a run's signal, which determines the friction in it. No file of efforts states it."""
+    """Kind of a run's signal, which determines the friction in it. Recordings do not state their kind."""
 
-    JOINT_TORQUE = "joint_torque"  # link-side torque sensors: gear friction is not in it
-    MOTOR_TORQUE = "motor_torque"  # motor current times the maker's gain: gear friction is in it
-    CURRENT = "current"  # motor current: gear friction is in it, and gains are unknown
+    JOINT_TORQUE = "joint_torque"  # link-side torque sensors: excludes gear friction
+    MOTOR_TORQUE = "motor_torque"  # motor current times the maker's gain: includes gear friction
+    CURRENT = "current"  # motor current: includes gear friction, and gains are unknown
     WRENCH = "wrench"  # force and torque of a sensor at the wrist
 
     @property
     def feels_gears(self) -> bool:
-        """True if the signal contains friction of gears and the inertia of rotors."""
+        """True if the signal contains gear friction and rotor inertia."""
         return self in (SignalKind.MOTOR_TORQUE, SignalKind.CURRENT)
 
     @property
@@ -37,19 +37,19 @@ class SignalKind(enum.Enum):
 
 @dataclass(frozen=True)
 class SignalPrior:
-    """Prior of the gains and friction of a kind of signal.
+    """Prior of the gains and the friction for a kind of signal.
 
     Attributes:
-        scale_common_sd: Relative standard deviation of a factor common to all gains in every run, before any
-            calibration.
-        scale_own_sd: Relative standard deviation of each gain's own factor, in every run.
-        drift_common_sd: Relative standard deviation of a factor common to all gains in one session, whether or not
-            they were calibrated in another.
-        drift_own_sd: Relative standard deviation of each gain's own factor in one session.
-        change_common_sd: Relative standard deviation of a factor by which all gains change from one run of a session
-            to the next.
-        change_own_sd: Relative standard deviation of each gain's own change from run to run.
-        load_friction: Mean of mu, friction as a fraction of the load.
+        scale_common_sd: Relative standard deviation of a factor common to all gains, the same in every run, before
+            any calibration.
+        scale_own_sd: Relative standard deviation of the individual factor of each gain, the same in every run.
+        drift_common_sd: Relative standard deviation of a factor common to all gains in one session. It also applies
+            to gains calibrated in another session.
+        drift_own_sd: Relative standard deviation of the individual factor of each gain in one session.
+        change_common_sd: Relative standard deviation of a common change of all gains from one run of a session to the
+            next.
+        change_own_sd: Relative standard deviation of the individual change of each gain from run to run.
+        load_friction: Prior mean of mu, friction as a fraction of the load.
         load_friction_sd: Standard deviation of mu before any calibration.
         friction_sd: Standard deviation of Coulomb friction, viscous friction (per rad/s) and offset, or of their
             change between two runs, in the signal's unit.
@@ -108,23 +108,22 @@ class IdentificationSettings:
     """Settings of one identification.
 
     Attributes:
-        floor: True if model errors that do not average out are added to the uncertainty.
-        correlated_noise: True if the correlation of neighbouring errors is estimated; False for independent errors.
+        floor: True to widen the posterior by model errors that do not average out.
+        correlated_noise: True to estimate the correlation of neighbouring errors; False to assume independent errors.
         signal_prior: Prior of the signal; None for the prior of its kind.
-        load_friction_drift: Standard deviation of mu's drift from run to run, once calibrated.
+        load_friction_drift: Standard deviation of the drift of mu from run to run, after calibration.
         friction_drift: Relative standard deviation of the drift of calibrated friction and offset.
         gain_common_sd: Relative standard deviation of a factor common to all gains estimated from the arm's file.
-        gain_own_sd: Relative standard deviation of each of these gains in addition to that factor.
-        min_speed: Speed below which the direction of friction is uncertain and a joint's samples are left out,
-            [rad/s].
+        gain_own_sd: Relative standard deviation of the individual factor of each of these gains.
+        min_speed: Joint speed below which the direction of friction is uncertain and samples are left out, [rad/s].
         cutoff_factor: Cut-off of the low-pass filter as a multiple of the motion's bandwidth.
-        cutoff: Cut-off of the low-pass filter, [Hz]; None for that multiple.
+        cutoff: Cut-off of the low-pass filter, [Hz]; None to use ``cutoff_factor``.
         trim: Time that is cut off at either end, where filters ring, [s].
         block: Length of the blocks from which the correlation of errors is estimated, [s].
         max_rate: Rate to which faster runs are decimated after filtering, [Hz].
         repeat_tolerance: Largest difference of a joint angle between two runs of one motion, [rad].
-        num_samples: Number of samples of the posterior; at most 4000 where annealing is needed.
-        unseen_share: Standard deviation of the mass that a camera did not see, as a fraction of the whole mass.
+        num_samples: Number of samples of the posterior; at most 4000 if annealing is needed.
+        unseen_share: Standard deviation of the mass that a camera did not see, as a fraction of the total mass.
         seed: Seed of the samples.
     """
 
@@ -153,7 +152,7 @@ class IdentificationSettings:
         Within(0.1, 1e3),
         Setting("1", "a fourth-order Butterworth filter is exact to 1e-5 at a quarter of its cut-off"),
     ] = 4.0
-    cutoff: Annotated[float, CUTOFF, Setting("Hz", "the motion's, unless a caller fixes it")] | None = None
+    cutoff: Annotated[float, CUTOFF, Setting("Hz", "derived from the motion unless given")] | None = None
     trim: Annotated[float, Within(0.0, 1e3), Setting("s", "filters ring")] = 1.0
     block: Annotated[float, Within(1e-3, 1e3), Setting("s", "errors are correlated over 0.3 to 1 s")] = 2.0
     max_rate: Annotated[float, Within(1.0, 1e5), Setting("Hz", "an assumption")] = 100.0
@@ -165,7 +164,7 @@ class IdentificationSettings:
     seed: Annotated[int, SEEDS] = 0
 
     def __post_init__(self) -> None:
-        """Checks all numbers.
+        """Checks that all numbers are within bounds.
 
         Raises:
             BadArgumentError: A number is not finite or out of bounds.

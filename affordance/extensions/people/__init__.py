@@ -1,1 +1,1 @@
-"""Simulated and real people: closed-form lifts, predictions, and fits of learners to pushes."""
+"""Simulated and human participants: closed-form lifts, predictions, and fits of learners to lift forces."""

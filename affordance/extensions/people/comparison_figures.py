@@ -1,4 +1,4 @@
-"""Figures of a comparison of learners: scores, and people's and predicted pushes."""
+"""Figures of a comparison of learners: log scores, and measured and predicted pushes."""
 
 import itertools
 import math
@@ -15,12 +15,12 @@ from affordance.extensions.people.pushes import Lifts
 from affordance.extensions.people.rivals import label_learner
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 
-_MOST_NAMED = 6  # participants with a name
-_MOST_OBJECTS, _MOST_COLUMNS = 6, 3  # objects with a panel, the most lifted ones; panels side by side
+_MOST_NAMED = 6  # largest number of participants for which the legend has names
+_MOST_OBJECTS, _MOST_COLUMNS = 6, 3  # largest number of panels, one per object, and of columns of panels
 
 
 def draw_scores(found: Comparison) -> Figure:
-    """Plots each learner's log score relative to the best, with a line per participant."""
+    """Plots log scores of all learners relative to the best learner, one line per participant."""
     figure = Figure(figsize=(7.0, 0.5 * len(found.scores) + 1.6), layout="constrained")
     axes, names = figure.add_subplot(), [*found.scores]
     scores = np.array([*found.scores.values()])
@@ -38,10 +38,10 @@ def draw_scores(found: Comparison) -> Figure:
 
 
 def draw_pushes(found: Comparison, lifts: Lifts) -> Figure:
-    """Plots people's mean push in successive lifts, and each learner's prediction. Each object has its own panel.
+    """Plots measured and predicted mean pushes in successive lifts, one panel per object.
 
-    A prediction is one lift ahead, from a learner that was fitted to the person. Means are over the people with a
-    known push in that lift.
+    Predictions are one lift ahead and come from learners that were fitted to each participant. Means are over all
+    participants with a measured push in that lift.
     """
     objects = np.concatenate([person.objects for person in lifts.people])
     kinds, counts = np.unique(objects, return_counts=True)
@@ -83,7 +83,7 @@ def _draw_object(axes: Axes, found: Comparison, lifts: Lifts, kind: int) -> None
 
     mean = average(pushes)
     *colours, black = OBJECT_COLOURS
-    # No error of a single person's push is known.
+    # A single participant has no standard error.
     squares = average(pushes**2) - mean**2
     error = np.sqrt(np.maximum(squares, 0.0) / np.where(size > 1, size - 1, np.nan))
     axes.errorbar(number, mean, error, fmt="o", ms=3, lw=0.7, color=black, label="people")
@@ -97,10 +97,7 @@ def _draw_object(axes: Axes, found: Comparison, lifts: Lifts, kind: int) -> None
 
 
 def _align(values: list[Array], places: list[NDArray[np.intp]]) -> Array:
-    """Arranges each person's values in successive lifts of an object, (people, lifts).
-
-    Values are NaN after the last lift.
-    """
+    """Arranges values by participant and lift of an object, (people, lifts), padded with NaN."""
     found = np.full((len(values), max(map(len, places))), np.nan)
     for row, (own, place) in enumerate(zip(values, places, strict=True)):
         found[row, : len(place)] = own[place]

@@ -1,6 +1,6 @@
-"""Fits a learner to people's lifts, separately or pooled.
+"""Fits of learners to the lifts of participants, separately or pooled.
 
-The result is an xarray DataTree for ArviZ 1.
+Results are xarray DataTrees in the format of ArviZ 1.
 """
 
 import io
@@ -40,7 +40,7 @@ from affordance.runs.repeats import compute_key, run_batches, run_each, run_task
 from affordance.settings import Settings
 from affordance.version import __version__
 
-# Groups of a fit, and the axes that each has.
+# Groups of a fit, and their axes.
 GROUPS = {
     "posterior": {"chain", "draw"},
     "prior": {"chain", "draw"},
@@ -48,34 +48,34 @@ GROUPS = {
     "observed_data": {"participant", "trial"},
     "sample_stats": {"chain", "stage"},
 }
-# Limits of memory and time (SECURITY.md): rows of arrays; numbers in one array, which holds the joint covariance of
-# up to one kind for each object; and rows times lifts in one evaluation of a likelihood.
+# Limits on memory and run time (SECURITY.md): rows of arrays; numbers in an array of joint covariances, which has up
+# to one kind per object; and rows times lifts in one evaluation of the likelihood.
 _MOST_ROWS, _MOST_NUMBERS, _MOST_WORK = 100_000, 100_000_000, 200_000_000
 _NOISE_REPEATS = 6
-# Nodes of the grid of a learner's free parameters, in SDs of their priors, their largest number on each side, and the
-# largest number of parameters with a grid; of more, a grid would have more values than there are draws.
+# Grid of the free parameters of a learner: spacing in SDs of the prior, largest number of nodes on each side of the
+# median, and largest number of parameters. With more parameters, the grid would be larger than the number of draws.
 _STEP, _MOST_STEPS, _MOST_ON_GRID = 0.5, 6, 2
-# Largest SD of a log likelihood over the random numbers of particles with which a fit can be relied on; about 0.9 is
+# Largest acceptable SD of an estimated log likelihood between random streams of the particle filter. About 0.9 is
 # recommended for samplers with estimated likelihoods (Pitt and others 2012, J. Econometrics 171:134-151).
 MOST_NOISE = 1.0
-_MOST_PARTICLES = 800  # for participants whose noise is larger
+_MOST_PARTICLES = 800  # largest number of particles for participants with a larger SD
 
 
 @dataclass(frozen=True)
 class Question:
-    """Problem of a fit: lifts, learner, free parameters and sampler settings.
+    """Specification of a fit: lifts, learner, free parameters and sampler settings.
 
     Attributes:
         lifts: Lifts of participants.
-        learner: Learner that is fitted.
+        learner: Fitted learner.
         settings: All other settings.
         free: Free parameters.
         draws: Number of posterior draws.
         particles: Number of particles for each draw.
-        moves: Random-walk steps after each stage of the sampler.
+        moves: Number of random-walk steps after each stage of the sampler.
         seed: Seed of all random numbers.
-        jobs: Number of processes, which share the participants.
-        chains: Number of independent samplers, each with its own draws and particles.
+        jobs: Number of processes among which participants are divided.
+        chains: Number of independent samplers.
     """
 
     lifts: Lifts
@@ -88,13 +88,13 @@ class Question:
     seed: int = 0
     jobs: int = field(default=1, metadata={"reports": True})
     chains: int = 1
-    # Courses that were drawn, by participant, node of the grid, and number of the random stream.
+    # Cache of particle trajectories by participant, grid node, and number of the random stream.
     _kept: dict[tuple[int, ...], Courses] = field(
         default_factory=dict, init=False, repr=False, metadata={"reports": True}
     )
 
     def __post_init__(self) -> None:
-        """Checks that the fit does not take too much memory or time. Otherwise a BadValueError is raised."""
+        """Checks memory and run time. A BadValueError is raised if the fit would take too much."""
         if self.draws * self.particles > self.most_rows:
             most = self.most_rows // self.particles
             problem = f"is {self.draws}, must be at most {most} with {self.particles} particles and these lifts"
@@ -102,7 +102,7 @@ class Question:
 
     @cached_property
     def most_rows(self) -> int:
-        """Largest product of draws and particles. Objects that look the same count as one."""
+        """Largest product of draws and particles for these lifts."""
         lifter, people = StaticLifter(self.lifts.tools, self.settings), self.lifts.people
         things = max(len(np.unique(lifter.identify_all(each.objects, each.teaches))) for each in people)
         lifts = max(len(each.objects) for each in people)
@@ -118,17 +118,19 @@ class Question:
         return np.column_stack([each.convert(normal[:, column]) for column, each in enumerate(self.free)])
 
     def compute(self, place: int, normal: Array, repeats: Sequence[int] = ()) -> Array:
-        """Computes log likelihoods of one participant's N pushes for D draws, (D, N)."""
+        """Computes log likelihoods of a participant's N pushes for D draws, (D, N)."""
         return self.filter(place, normal, repeats).log_density
 
     def filter(self, place: int, normal: Array, repeats: Sequence[int] = ()) -> Filtered:
-        """Computes log likelihoods and predicted means of one participant's N pushes.
+        """Computes one-step-ahead log likelihoods and means of a participant's N pushes for D draws.
 
-        Means are one step ahead; there are D draws, (D, ...).
+        If the learner has at most two free parameters, particles are simulated on a grid of parameter values, and
+        results are interpolated.
 
-        If the learner has one or two free parameters, courses are drawn on a grid of their values, and results are
-        interpolated. Draws with different ``repeats``, (D,), have different random numbers; 0, the default, has the
-        fit's.
+        Args:
+            place: Index of the participant.
+            normal: Standard normal numbers of the free parameters, (D, F).
+            repeats: Number of the random stream of each draw, (D,); 0 is the default stream of the fit.
         """
         (own, pushed), numbers = split_free(self.free), np.array(repeats or [0] * len(normal))
         participant, free = with_participant(self.settings).participant, [self.free[i] for i in pushed]
@@ -153,11 +155,14 @@ class Question:
     def _find_courses(
         self, place: int, nodes: NDArray[np.intp], numbers: NDArray[np.intp]
     ) -> tuple[Courses, NDArray[np.intp]]:
-        """Finds courses for grid nodes, (D, F), and numbers of random streams, (D,).
+        """Gets particle trajectories from the cache, or simulates them.
 
-        The courses come from the cache or are drawn now.
+        Args:
+            place: Index of the participant.
+            nodes: Grid nodes, (D, F).
+            numbers: Numbers of random streams, (D,).
 
-        Returns: Courses, and which of them each of the D has, (D,).
+        Returns: Trajectories for all different nodes and streams, and the index of each draw's trajectories, (D,).
         """
         wanted, places = np.unique(np.column_stack([nodes, numbers]), axis=0, return_inverse=True)
         keys = [(place, *each) for each in wanted.tolist()]
@@ -170,10 +175,7 @@ class Question:
         return Courses(*map(np.concatenate, zip(*(self._kept[key] for key in keys), strict=True))), places.ravel()
 
     def _draw_courses(self, place: int, normal: Array, numbers: NDArray[np.intp]) -> Courses:
-        """Draws courses for K values of the learner's parameters, (K, F).
-
-        ``numbers``, (K,), select random streams.
-        """
+        """Simulates particle trajectories for K parameter vectors of the learner, (K, F), and random streams."""
         own = [self.free[i] for i in split_free(self.free)[0]]
         values = [each.convert(column) for each, column in zip(own, normal.T, strict=True)]
         return draw_courses(
@@ -188,17 +190,15 @@ class Question:
         )
 
     def compute_all(self, normal: Array) -> Array:
-        """Computes log likelihoods of all pushes, (D, participants, N), padded with zeros."""
+        """Computes log likelihoods of the pushes of all participants, (D, participants, N), padded with zeros."""
         tasks = [partial(self.compute, place, normal) for place in range(len(self.lifts.people))]
-        jobs = 1 if self._kept else self.jobs  # courses take long to draw or to send, but not to weight
+        jobs = 1 if self._kept else self.jobs  # sending cached trajectories takes longer than weighting them
         return stack(run_tasks(tasks, jobs=jobs, description="fit"))
 
     def estimate_noise(self, normal: Array) -> Array:
-        """Estimates the SD of each participant's log likelihood, (participants,).
+        """Estimates the Monte Carlo SD of the log likelihood of each participant, (participants,).
 
-        The noise comes from the particles' random numbers.
-
-        The learner's parameters are taken at the nearest node of their grid, if there is one.
+        Parameters of the learner are rounded to the nearest grid node if there is a grid.
 
         Args:
             normal: Standard normal numbers of each participant's free parameters, (participants, F).
@@ -210,21 +210,27 @@ class Question:
         return np.array([_find_noise(each) for each in found])
 
     def _repeat(self, place: int, normal: Array) -> Filtered:
-        """Filters a participant's pushes for several draws, (6, F), each with a random stream of its own."""
+        """Filters the pushes of a participant for six draws, (6, F), each with a separate random stream."""
         return self.filter(place, self._move_to_nodes(normal), range(1, _NOISE_REPEATS + 1))
 
     def _move_to_nodes(self, normal: Array) -> Array:
-        """Moves the learner's parameters of draws, (D, F), to the nearest node of their grid, if there is one."""
+        """Rounds the learner's parameters of D draws, (D, F), to the nearest grid node if there is a grid."""
         (own, _), moved = split_free(self.free), normal.copy()
         if len(own) <= _MOST_ON_GRID:
             moved[:, own] = _STEP * np.rint(moved[:, own] / _STEP)
         return moved
 
     def average_streams(self, place: int, normal: Array) -> float:
-        """Estimates the log of a participant's mean likelihood over random streams, relative to the fit's stream.
+        """Estimates a correction to the log evidence of a participant that averages over random streams.
 
-        Each of six further streams has one of the D posterior draws, (D, F). The mean over these of the ratio of the
-        likelihoods of two streams is the ratio of their evidences, whose expectation is the evidence itself.
+        Averaged over the posterior for one stream, the likelihood ratio of another stream to this stream equals the
+        ratio of their evidences. The average is estimated with six further streams, one posterior draw each.
+
+        Args:
+            place: Index of the participant.
+            normal: Posterior draws, (D, F), in standard normal numbers.
+
+        Returns: Log of the mean evidence of all streams minus the log evidence of the stream of the fit.
         """
         chosen = normal[np.arange(_NOISE_REPEATS) * len(normal) // _NOISE_REPEATS]
         others = self._repeat(place, chosen).log_density.sum(axis=1)
@@ -232,7 +238,7 @@ class Question:
         return float(logsumexp([0.0, *ratios]) - np.log(1 + _NOISE_REPEATS))
 
     def draw_prior(self) -> Array:
-        """Draws standard normal numbers for the free parameters, (D, F)."""
+        """Draws D vectors of free parameters from the prior, (D, F), in standard normal numbers."""
         return draw_prior(self.draws, len(self.free), self.seed)
 
 
@@ -241,13 +247,13 @@ def _find_noise(repeats: Filtered) -> float:
 
 
 def find_best(question: Question, found: Draws) -> Array:
-    """Finds each participant's most probable draw of a pooled fit, (participants, F)."""
+    """Finds the most likely draw of a pooled fit, repeated for each participant, (participants, F)."""
     best = found.normal[found.log_likelihoods.reshape(len(found.normal), -1).sum(axis=1).argmax()]
     return np.tile(best, (len(question.lifts.people), 1))
 
 
 def warn_of_noise(names: Sequence[str], noise: Sequence[float] | Array) -> list[str]:
-    """Returns a warning for each name with a noisy log likelihood."""
+    """Lists warnings about noisy log likelihoods, one per name."""
     pairs = zip(names, noise, strict=True)
     return [
         f"warning: {name}: not to be relied on; with other random numbers the log likelihood has an SD of {sd:.1f}, "
@@ -258,28 +264,29 @@ def warn_of_noise(names: Sequence[str], noise: Sequence[float] | Array) -> list[
 
 
 def stack(parts: Sequence[Array]) -> Array:
-    """Stacks participants' arrays, (D, N) each, to (D, participants, N). Missing entries are zero."""
+    """Stacks arrays of participants, (D, N) each, to (D, participants, N), padded with zeros."""
     longest = max(each.shape[1] for each in parts)
     return np.stack([np.pad(each, ((0, 0), (0, longest - each.shape[1]))) for each in parts], axis=1)
 
 
 class PersonFit(NamedTuple):
-    """Fit to one participant, with all chains concatenated."""
+    """Fit to one participant, with concatenated chains."""
 
     draws: Draws
-    noise: float  # SD of the log likelihood at the best draw over the particles' random numbers
+    noise: float  # Monte Carlo SD of the log likelihood at the best draw
     particles: int
-    predicted: Array  # mean of each push one step ahead at the best draw, over these random numbers, (N,), [N]
+    predicted: Array  # one-step-ahead mean of each push at the best draw, averaged over random streams, (N,), [N]
 
 
 def fit_each(question: Question, folder: Path | None = None) -> list[PersonFit]:
-    """Draws from the posterior of each participant separately.
+    """Samples the posterior of each participant separately.
 
-    Participants with too much noise are fitted again with four times as many particles, up to 800.
+    If the log likelihood of a participant is too noisy, the fit is repeated with four times as many particles, up to
+    800.
 
     Args:
-        question: Question.
-        folder: Folder that caches finished participants until an input changes; None for no cache.
+        question: Specification of the fit.
+        folder: Folder for caching finished participants; None for no cache. Changed inputs invalidate the cache.
     """
     people, jobs = range(len(question.lifts.people)), question.jobs
     if folder is None:
@@ -290,7 +297,7 @@ def fit_each(question: Question, folder: Path | None = None) -> list[PersonFit]:
 def _run_kept(
     question: Question, folder: Path, run: Callable[[Question, int], dict[str, NDArray[Any]]]
 ) -> list[dict[str, NDArray[Any]]]:
-    """Runs a function for each participant. Finished participants are cached in the folder."""
+    """Runs a function for each participant, and caches its results in the folder."""
     key = compute_key((question, run.__name__), list_arm_files(question.settings.arm), _fit_one, question.learner)
     return run_batches(
         folder / key,
@@ -303,7 +310,7 @@ def _run_kept(
 
 
 def _list_arrays(question: Question, place: int) -> dict[str, NDArray[Any]]:
-    """Fits one participant. Returns arrays by name, as stored in a file."""
+    """Fits one participant, and returns the arrays for the cache by name."""
     fit = _fit_one(question, place)
     numbers = {**fit.draws._asdict(), **{name: getattr(fit, name) for name in ("noise", "particles", "predicted")}}
     return {name: np.asarray(value) for name, value in numbers.items()}
@@ -328,7 +335,7 @@ def _fit_one(question: Question, place: int) -> PersonFit:
 
 
 def _draw(question: Question, place: int) -> Draws:
-    """Draws from the posterior of one participant. The evidence is the mean over several random streams."""
+    """Samples the posterior of one participant, and averages the evidence over several random streams."""
     draws = sample(
         partial(question.compute, place),
         len(question.free),
@@ -340,11 +347,11 @@ def _draw(question: Question, place: int) -> Draws:
 
 
 def fit_pooled(question: Question, folder: Path | None = None) -> Draws:
-    """Draws from the posterior of parameters that all participants share. All chains are concatenated.
+    """Samples the posterior of parameters that all participants share, with concatenated chains.
 
     Args:
-        question: Question.
-        folder: Folder that caches the courses of each participant until an input changes; None for no cache.
+        question: Specification of the fit.
+        folder: Folder for caching particle trajectories; None for no cache. Changed inputs invalidate the cache.
     """
     chains = _split_chains(question)
     if folder is not None and len(split_free(question.free)[0]) <= _MOST_ON_GRID:
@@ -361,7 +368,7 @@ def fit_pooled(question: Question, folder: Path | None = None) -> Draws:
 
 
 def _list_courses(question: Question, place: int) -> dict[str, NDArray[Any]]:
-    """Draws one participant's courses at the nodes of prior draws. Returns arrays by name, as stored in a file."""
+    """Simulates a participant's particles at the grid nodes of prior draws, and returns the arrays for the cache."""
     question.compute(place, question.draw_prior())
     kept = {key[1:]: each for key, each in question._kept.items() if key[0] == place}
     joined = Courses(*map(np.concatenate, zip(*kept.values(), strict=True)))
@@ -369,16 +376,16 @@ def _list_courses(question: Question, place: int) -> dict[str, NDArray[Any]]:
 
 
 def _split_chains(question: Question) -> list[Question]:
-    """Returns one problem for each chain. The first chain has the original seed."""
+    """Returns one specification per chain. The first chain has the original seed."""
     others = np.random.SeedSequence(question.seed).generate_state(question.chains - 1)
     return [replace(question, seed=seed, chains=1) for seed in (question.seed, *map(int, others))]
 
 
 def describe_fit(question: Question, found: Draws | Sequence[Draws]) -> xr.DataTree:
-    """Builds a tree of datasets from a fit, with ArviZ's names of groups.
+    """Converts a fit to a tree of datasets with the group names of ArviZ.
 
     Args:
-        question: Question that was fitted.
+        question: Specification of the fit.
         found: Draws of a pooled fit, or a list with the draws of each participant.
 
     Returns:
@@ -420,7 +427,7 @@ def describe_fit(question: Question, found: Draws | Sequence[Draws]) -> xr.DataT
 
 
 def _pad(rows: Sequence[Array], value: float) -> Array:
-    """Stacks arrays, padded with a value at the end of the last dimension."""
+    """Stacks arrays, and pads the end of their last dimension with a value."""
     size = max(np.shape(each)[-1] for each in rows)
     return np.array([_lengthen(np.asarray(each, float), size, value) for each in rows])
 
@@ -431,13 +438,13 @@ def _lengthen(row: Array, size: int, value: float) -> Array:
 
 
 def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
-    """Rearranges a log likelihood for ``arviz.loo`` and ``arviz.compare``. Both reject missing values.
+    """Arranges log likelihoods without missing values for ``arviz.loo`` and ``arviz.compare``.
 
     Args:
         tree: Fit.
-        by: ``participant`` sums over each participant's pushes, so that whole participants are left out; this makes
-            sense for a pooled fit only. ``push`` has one entry for each observed push; later pushes are still
-            predicted from the measurement in the left-out lift.
+        by: Unit that is left out. For ``participant``, log likelihoods are summed over pushes, which makes sense only
+            for pooled fits. For ``push``, each observed push has one entry; later pushes still depend on the
+            measurement in the left-out lift.
     """
     if by not in ("participant", "push"):
         raise BadValueError("arrange_for_loo", "by", describe_choice(by, ("participant", "push")))
@@ -452,14 +459,12 @@ def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
 
 
 def score_ahead(log_likelihoods: Array, log_weights: Array | None = None) -> Array:
-    """Computes the log score of each push one step ahead, (N,).
-
-    The score is the log density given all pushes before it.
+    """Computes one-step-ahead log scores: log predictive densities given all previous pushes, (N,).
 
     Args:
         log_likelihoods: Log densities of N pushes for D draws, (D, N).
-        log_weights: Log prior weights of the draws, (D,), not necessarily normalised; None if equal. Each draw is
-            also weighted by its likelihood of the pushes before.
+        log_weights: Unnormalised log prior weights of the draws, (D,); None for equal weights. Weights are updated
+            with the likelihood of each push.
     """
     D = len(log_likelihoods)
     weights = np.full(D, -np.log(D)) if log_weights is None else log_weights - logsumexp(log_weights)
@@ -470,15 +475,15 @@ def score_ahead(log_likelihoods: Array, log_weights: Array | None = None) -> Arr
 
 
 def leave_out(log_likelihoods: Array) -> tuple[Array, Array]:
-    """Computes each participant's one-step-ahead scores under the posterior of the others.
+    """Computes leave-one-out scores: log scores of each participant given all other participants.
 
-    Pooled posterior draws are weighted by the inverse of their likelihood for the participant that is left out.
+    Posterior draws of the pooled fit are weighted by the inverse likelihood of the left-out participant.
 
     Args:
         log_likelihoods: Log densities of pushes under D pooled posterior draws, (D, participants, N).
 
     Returns:
-        Log scores, (participants, N), and the effective number of draws for each participant, (participants,).
+        Log scores, (participants, N), and effective number of draws for each participant, (participants,).
     """
     totals = log_likelihoods.sum(axis=2)
     scores, effective = [], []
@@ -491,7 +496,7 @@ def leave_out(log_likelihoods: Array) -> tuple[Array, Array]:
 
 
 def write_fit(tree: xr.DataTree, folder: Path) -> None:
-    """Writes each group of a fit to a NetCDF file with the group's name. No further library is needed."""
+    """Writes each group of a fit to a NetCDF file with the name of the group."""
     for name in GROUPS:
         dataset = tree[name].to_dataset()
         write_atomic(
@@ -505,7 +510,7 @@ def _write(dataset: xr.Dataset, path: Path) -> None:
 
 
 def read_fit(folder: Path) -> xr.DataTree:
-    """Reads a fit from ``write_fit`` as a tree for ArviZ. A damaged file raises a BadValueError."""
+    """Reads a fit that ``write_fit`` wrote. A damaged file raises a BadValueError."""
     return xr.DataTree.from_dict({name: _read(folder / f"{name}.nc", name) for name in GROUPS})
 
 
@@ -521,7 +526,7 @@ def _read(path: Path, name: str) -> xr.Dataset:
 
 
 def describe_values(question: Question, draws: Draws) -> dict[str, list[float]]:
-    """Computes posterior mean, and 5 % and 95 % quantiles, of each free parameter."""
+    """Computes posterior mean, 5 % and 95 % quantile of each free parameter."""
     values = question.convert(draws.normal)
     return {
         name: [float(column.mean()), *np.quantile(column, [0.05, 0.95]).tolist()]
@@ -530,14 +535,14 @@ def describe_values(question: Question, draws: Draws) -> dict[str, list[float]]:
 
 
 class Comparison(NamedTuple):
-    """Result of a comparison of learners. Mappings have the learner's name as key.
+    """Comparison of learners. Keys of mappings are names of learners.
 
     Attributes:
         participants: Names of the participants.
         fits: Fit of the learner to each participant.
-        scores: Log evidence, which is the sum of the one-step-ahead log scores, (participants,).
-        bic: Bayesian information criterion at the most probable draw, (participants,).
-        selection: How frequent the learners are, in the order of ``scores``.
+        scores: Log evidence, which equals the sum of one-step-ahead log scores, (participants,).
+        bic: Bayesian information criterion at the most likely draw, (participants,).
+        selection: Estimated frequencies of the learners, in the order of ``scores``.
     """
 
     participants: list[str]
@@ -547,13 +552,13 @@ class Comparison(NamedTuple):
     selection: Selection
 
     def find_best(self, by: str = "scores") -> list[str]:
-        """Finds the best learner of each participant, by ``scores`` or ``bic``."""
+        """Finds the best learner for each participant according to ``scores`` or ``bic``."""
         names = [*self.scores]
         values = [self.scores[name] if by == "scores" else -self.bic[name] for name in names]
         return [names[place] for place in np.argmax(values, axis=0)]
 
     def tabulate(self) -> pd.DataFrame:
-        """Tabulates participants and learners, with differences from the best learner."""
+        """Tabulates scores by participant and learner, relative to the best learner."""
         rows = []
         for place, participant in enumerate(self.participants):
             best = max(each[place] for each in self.scores.values())
@@ -567,9 +572,11 @@ class Comparison(NamedTuple):
 
 
 def compare(questions: Sequence[Question], folder: Path | None = None) -> Comparison:
-    """Compares learners on the same lifts, with one problem per learner.
+    """Compares learners on the same lifts.
 
-    ``folder`` caches fits, as in ``fit_each``.
+    Args:
+        questions: Specification of the fit of each learner.
+        folder: Folder for caching fits, as in ``fit_each``.
     """
     lifts = questions[0].lifts
     counts = np.array([np.isfinite(person.pushes).sum() for person in lifts.people])

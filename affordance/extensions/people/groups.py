@@ -1,12 +1,12 @@
-"""Hierarchical fits of groups of people, based on fits to single people.
+"""Hierarchical fits of groups, based on separate fits to their participants.
 
-    z_ip ~ N(mean_gp, spread_p^2)       parameter p of person i of group g
+    z_ip ~ N(mean_gp, spread_p^2)       parameter p of participant i in group g
     mean_gp ~ N(0, 1/2),  spread_p^2 ~ 1/2 times chi-squared with one degree of freedom
 
-All are in units of the parameter's prior: z is the normal score of a value, with the prior N(0, 1) for a single
-person. The total variance is the same here: one half between groups and one half within. The first stage draws from
-the posterior of each person alone. The second is a Gibbs sampler whose proposals for a person are these draws,
-weighted by N(z; mean, spread^2) / N(z; 0, 1) (Lunn and others 2013, J. R. Stat. Soc. C 62:551).
+Parameters are standardised: z is the normal score of a value, with prior N(0, 1) in a separate fit. The hierarchical
+prior has the same total variance, half between groups and half within. The first stage samples the posterior of each
+participant separately. The second stage is a Gibbs sampler that proposes these draws with weights
+N(z; mean, spread^2) / N(z; 0, 1) (Lunn and others 2013, J. R. Stat. Soc. C 62:551).
 """
 
 import itertools
@@ -20,20 +20,20 @@ from affordance.arrays import Array
 from affordance.extensions.people.likelihood import FreeParameter
 
 _SWEEPS, _BURN_IN = 2000, 200
-_HALF = 0.5  # variance of the mean of a group, and expected variance within it
-_FEW = 10.0  # effective draws of a person below which the groups cannot be relied on
-# Nodes of the grid on which a spread is drawn, in SDs of the prior of one person.
+_HALF = 0.5  # prior variance of group means, and prior mean of the variance within groups
+_FEW = 10.0  # smallest effective number of draws of a participant for reliable group estimates
+# Grid of spreads for the Gibbs sampler, in SDs of the prior of a participant.
 _SPREADS = np.geomspace(0.02, 4.0, 200)
 
 
 class GroupDraws(NamedTuple):
-    """S draws from the posterior of G groups, in units of the parameters' priors.
+    """Draws (S) from the posterior of G groups and N participants, in standardised parameters.
 
     Attributes:
         means: Mean of each group, (S, G, F).
-        spreads: SD between the people of a group, equal for all groups, (S, F).
-        people: Parameters of each person, (S, N, F).
-        effective: Effective number of each person's own draws that the groups leave, (N,).
+        spreads: SD between participants within groups, the same for all groups, (S, F).
+        people: Parameters of each participant, (S, N, F).
+        effective: Effective number of separate draws for each participant after weighting, (N,).
     """
 
     means: Array
@@ -43,11 +43,11 @@ class GroupDraws(NamedTuple):
 
 
 def draw_groups(own: Sequence[Array], groups: Sequence[str], seed: int) -> GroupDraws:
-    """Draws means and spreads of groups, and their people's parameters.
+    """Samples group means, spreads within groups, and parameters of participants.
 
     Args:
-        own: Draws of each of N people alone, (D, F) each, in standard normal numbers.
-        groups: Name of each person's group; groups are numbered in the order of first names.
+        own: Draws from separate fits to N participants, (D, F) each, in standard normal numbers.
+        groups: Name of the group of each participant; groups are numbered in order of first occurrence.
         seed: Seed of the random numbers.
     """
     z, names = np.stack(own), list(dict.fromkeys(groups))  # (N, D, F)
@@ -80,12 +80,12 @@ def draw_groups(own: Sequence[Array], groups: Sequence[str], seed: int) -> Group
 def describe_groups(
     free: Sequence[FreeParameter], people: Sequence[str], groups: Sequence[str], drawn: GroupDraws
 ) -> dict[str, Any]:
-    """Describes groups in units of the parameters with 90 % intervals, for fit.json.
+    """Describes groups in the units of the parameters with 90 % intervals, for fit.json.
 
-    Returns:
-        ``groups``: median of each parameter in each group; ``spread``: SD of its logarithm (logit, of a fraction)
-        between people; ``ratios``: ratio (odds ratio) between two groups, and the probability that it is above 1;
-        ``people``: parameters of each person given the groups; ``effective_draws`` of each person.
+    Returns: Dictionary with ``groups``, the median of each parameter in each group; ``spread``, the SD between
+        participants of the logarithm (logit for fractions); ``ratios``, the ratio between two groups (odds ratio for
+        fractions) and the probability that it is above 1; ``people``, the parameters of each participant given the
+        groups; and ``effective_draws``, the effective number of draws for each participant.
     """
     names = list(dict.fromkeys(groups))
     medians = {
@@ -109,7 +109,7 @@ def describe_groups(
 
 
 def list_groups(description: dict[str, Any]) -> list[str]:
-    """Formats a description of groups as lines."""
+    """Formats the description of groups as text."""
     lines = []
     for name, values in description["groups"].items():
         lines.append(f"group {name}: " + ", ".join(f"{key} {_show(value)}" for key, value in values.items()))
@@ -131,7 +131,7 @@ def list_groups(description: dict[str, Any]) -> list[str]:
 
 
 def _summarise(values: Array) -> list[float]:
-    """Computes median, and 5 % and 95 % quantiles."""
+    """Computes the median and the 5 % and 95 % quantiles."""
     return [float(each) for each in np.quantile(values, [0.5, 0.05, 0.95])]
 
 

@@ -1,11 +1,11 @@
-"""Likelihood of one person's pushes, by a particle filter over a learner's states.
+"""Likelihood of a participant's pushes, estimated with a bootstrap particle filter over the states of a learner.
 
-Two things are unobserved: a person's measurement in a lift and, for learners that draw, the adopted hypothesis.
-Particles draw both. Before each lift they are weighted by the probability density of the push (bootstrap filter), and
-resampled if the effective number is below half. A push affects nothing that is learned, so the courses of particles
-are drawn once for each value of the learner's parameters, and weighted for any value of the participant's. Rows of
-the learner's arrays are K values of its parameters times P particles. All values share one stream of random numbers,
-so that differences in likelihood are caused by the values alone as far as possible.
+The measurement in each lift is unobserved and, for learners with random hypotheses, so is the chosen hypothesis.
+Particles sample both. They are weighted by the probability density of each push, and resampled if their effective
+number is below half. Learning does not depend on pushes. Particle trajectories are therefore simulated once for each
+parameter vector of the learner, and reweighted for any parameter vector of the participant. Rows of the learner's
+arrays are K parameter vectors times P particles. All parameter vectors use the same random numbers, so that
+differences in likelihood are mostly due to the parameters.
 """
 
 import math
@@ -34,13 +34,13 @@ from affordance.settings import Settings
 # Parameters of participants that can be fitted.
 OF_PARTICIPANTS = ("push_error", "gain", "lapse")
 _MOST_FREE = 8
-# Number of prior draws of a participant's parameters over which the probabilities of particles are averaged.
+# Number of prior draws of a participant's parameters for averaging the weights of particles.
 _AVERAGED = 16
 
 
 @dataclass(frozen=True)
 class FreeParameter:
-    """Free parameter with a normal prior of its logarithm. For a fraction, it is the logit."""
+    """Free parameter whose logarithm, or logit for a fraction, has a normal prior."""
 
     name: str
     median: float
@@ -50,15 +50,15 @@ class FreeParameter:
     high: float
 
     def convert(self, normal: Array) -> Array:
-        """Converts standard normal numbers to values within the parameter's bounds."""
+        """Converts standard normal numbers to values of the parameter within its bounds."""
         moved = self.sd * normal
         value = expit(logit(self.median) + moved) if self.is_share else self.median * np.exp(moved)
         clipped: Array = np.clip(value, self.low, self.high)
         return clipped
 
 
-# Median, and SD of logarithm or logit, of parameters whose usual value is not an estimate for people. All other
-# parameters have their usual value as median and an SD of 1.
+# Prior median, and SD of the logarithm or logit, of parameters whose default is no estimate for humans. For all other
+# parameters the median is the default, and the SD is 1.
 _PRIORS: Mapping[str, tuple[float, float]] = {
     "push_error": (0.2, 0.5),
     "gain": (1.0, 0.2),
@@ -73,11 +73,11 @@ def list_free(learner: Learner, participant: Participant, names: Sequence[str] |
 
     Args:
         learner: Learner.
-        participant: Participant, whose parameters are fixed unless named.
-        names: Names of the free parameters; None for the error of the push and the learner's ``fitted`` parameters.
+        participant: Participant with the values of fixed parameters.
+        names: Names of the free parameters; None for ``push_error`` and the ``fitted`` parameters of the learner.
 
     Raises:
-        BadValueError: A name is unknown or repeated, there are too many, or the error of the push is 0 and not free.
+        BadValueError: A name is unknown or repeated, there are too many, or ``push_error`` is 0 and not free.
     """
     known = [*OF_PARTICIPANTS, *_list_types(learner)]
     chosen = list(names) if names is not None else ["push_error", *learner.fitted]
@@ -95,15 +95,12 @@ def list_free(learner: Learner, participant: Participant, names: Sequence[str] |
 
 
 def set_learner(learner: Learner, free: Sequence[FreeParameter], values: Array) -> Learner:
-    """Returns the learner with its free parameters set to ``values``, (observers, parameters)."""
+    """Returns a learner with free parameters set to ``values``, (observers, parameters)."""
     return learner.change(**_name_values(free, values)) if free else learner
 
 
 def set_participant(participant: Participant, free: Sequence[FreeParameter], values: Array) -> Participant:
-    """Returns a participant with free parameters set to ``values``, without spreads.
-
-    ``values`` are (observers, parameters).
-    """
+    """Returns a participant with free parameters set to ``values``, (observers, parameters), and zero spreads."""
     fixed = {name: getattr(participant, name) for name in OF_PARTICIPANTS}
     return Participant(**{**fixed, **_name_values(free, values)})
 
@@ -113,7 +110,7 @@ def _name_values(free: Sequence[FreeParameter], values: Array) -> dict[str, tupl
 
 
 def split_free(free: Sequence[FreeParameter]) -> tuple[list[int], list[int]]:
-    """Finds the learner's and the participant's indices among free parameters."""
+    """Lists the indices of the learner's and of the participant's free parameters."""
     is_pushed = [each.name in OF_PARTICIPANTS for each in free]
     return [i for i, it in enumerate(is_pushed) if not it], [i for i, it in enumerate(is_pushed) if it]
 
@@ -134,29 +131,29 @@ def _describe(name: str, learner: Learner, participant: Participant) -> FreePara
     median, sd = _PRIORS.get(name, (usual, _KAPPA_SD if name == "kappa" else 1.0))
     is_share = (bound.low, bound.high) == (0.0, 1.0)
     if median <= 0.0 or not math.isfinite(median) or (is_share and median >= 1.0):
-        problem = f"cannot have {name}, whose usual value is {median:g}: a prior needs one above 0"
+        problem = f"cannot have {name}, whose default is {median:g}: the prior needs a default above 0"
         raise BadValueError("--free", "", f"{problem}{' and below 1' if is_share else ''}")
     return FreeParameter(name, median, sd, is_share, max(bound.low, 1e-12 * median), bound.high)
 
 
 class _SharedDraws:
-    """Random numbers for P particles of each of K parameter values. Equal seeds give equal numbers."""
+    """Random numbers for K parameter vectors with P particles each; equal seeds produce equal numbers."""
 
     def __init__(self, seeds: Sequence[tuple[int, ...]], particles: int) -> None:
         self._streams = {seed: np.random.default_rng(seed) for seed in seeds}
         self._seeds, self._particles = seeds, particles
 
     def random(self, size: tuple[int, ...], /) -> Array:
-        """Draws uniform numbers; the first dimension is for rows."""
+        """Draws uniform numbers, with one row per particle."""
         return self._draw({seed: rng.random((self._particles, *size[1:])) for seed, rng in self._streams.items()})
 
     def standard_normal(self, size: tuple[int, ...], /) -> Array:
-        """Draws standard normal numbers; the first dimension is for rows."""
+        """Draws standard normal numbers, with one row per particle."""
         shape = (self._particles, *size[1:])
         return self._draw({seed: rng.standard_normal(shape) for seed, rng in self._streams.items()})
 
     def draw_once(self) -> Array:
-        """Draws one uniform number for each of K values, (K,)."""
+        """Draws one uniform number for each parameter vector, (K,)."""
         drawn = {seed: [rng.random()] for seed, rng in self._streams.items()}
         return self._draw(drawn)
 
@@ -165,13 +162,13 @@ class _SharedDraws:
 
 
 class Courses(NamedTuple):
-    """Courses of one person's N lifts, for K values of the learner's free parameters. Each value has P particles.
+    """Particle trajectories over a participant's N lifts, for K parameter vectors with P particles each.
 
     Attributes:
-        believed: Weights believed before each lift, (K, N, P), [N].
-        last: Weights believed in the lift before, (K, N, P), [N]; NaN in the first lift.
-        ancestors: Particle that each particle continues after a lift, (K, N, P).
-        log_changes: Logarithm by which this changes its weight, (K, N, P).
+        believed: Weight of the object believed before each lift, (K, N, P), [N].
+        last: Weight believed before the previous lift, (K, N, P), [N]; NaN in the first lift.
+        ancestors: Index of each particle's ancestor after resampling, (K, N, P).
+        log_changes: Change in the log weight of a particle due to resampling, (K, N, P).
     """
 
     believed: Array
@@ -180,7 +177,7 @@ class Courses(NamedTuple):
     log_changes: Array
 
     def take(self, values: NDArray[np.intp]) -> "Courses":
-        """Selects the courses of some of the K values."""
+        """Selects the trajectories of some of the K parameter vectors."""
         return Courses(self.believed[values], self.last[values], self.ancestors[values], self.log_changes[values])
 
 
@@ -195,20 +192,20 @@ def draw_courses(
     particles: int,
     seeds: Sequence[tuple[int, ...]],
 ) -> Courses:
-    """Draws courses of a person's lifts for K values of the learner's free parameters.
+    """Simulates particle trajectories over a participant's lifts for K parameter vectors of the learner.
 
-    No push affects what is learned, so these courses hold for all values of a participant's parameters. Particles are
-    resampled by their probability given the pushes so far, averaged over the prior of these parameters.
+    Learning does not depend on pushes, so the trajectories are valid for all parameters of the participant. For
+    resampling, weights of particles are averaged over the prior of these parameters.
 
     Args:
-        person: Lifts of the person.
+        person: Lifts of the participant.
         tools: Objects that were lifted.
-        learner: Learner; its parameters that are not free keep their values.
-        settings: Settings; their participant has the values that are not free.
+        learner: Learner with the values of its fixed parameters.
+        settings: Settings with the fixed parameters of the participant.
         free: All free parameters.
-        values: Values of the learner's among them, (K, F).
-        particles: Number of particles P for each value.
-        seeds: Seed of the stream of random numbers of each value, K of them.
+        values: Parameter vectors of the learner, (K, F).
+        particles: Number of particles P per parameter vector.
+        seeds: Seed of the random stream of each parameter vector, K seeds.
     """
     K, P, N = len(values), particles, len(person.objects)
     draws = _SharedDraws(seeds, P)
@@ -221,7 +218,7 @@ def draw_courses(
     state = learner.start(draws, learner.parameters, settings.prior, len(lifter.colours), K * P)
     lifter = lifter.of_learner(learner)
     things = lifter.identify_all(person.objects, person.teaches)
-    numbers = np.unique(things, return_inverse=True)[1]  # of a table's many objects most may look the same
+    numbers = np.unique(things, return_inverse=True)[1]  # a table can have many objects that look the same
     found = Courses(
         np.empty((K, N, P)), np.full((K, N, P), np.nan), np.tile(np.arange(P), (K, N, 1)), np.zeros((K, N, P))
     )
@@ -235,7 +232,7 @@ def draw_courses(
         if np.isfinite(push):
             log_weights += pushes.compute_log_density(push, believed[:, None], found.last[:, number, None])
         if teaches:
-            # Errors of this lift are drawn for each index of a particle, whichever particle occupies it then.
+            # Measurement errors belong to the index of a particle and are not resampled.
             ancestors, log_changes = _draw_anew(logsumexp(log_weights, axis=1), draws.draw_once())
             found.ancestors[:, number], found.log_changes[:, number] = ancestors, log_changes
             log_weights = np.take_along_axis(log_weights, ancestors[:, None], axis=2) + log_changes[:, None]
@@ -250,10 +247,10 @@ def draw_courses(
 
 
 class Filtered(NamedTuple):
-    """Pushes given the previous pushes, (D, N) each."""
+    """Predictive distributions of pushes given all previous pushes, (D, N) each."""
 
-    log_density: Array  # 0 for an unknown push
-    predicted: Array  # mean, [N]
+    log_density: Array  # 0 if the push is missing
+    predicted: Array  # predictive mean, [N]
 
 
 def filter_pushes(
@@ -264,15 +261,15 @@ def filter_pushes(
     free: Sequence[FreeParameter],
     values: Array,
 ) -> Filtered:
-    """Computes the log density and mean of each push given the previous pushes.
+    """Computes the predictive log density and mean of each push given all previous pushes.
 
     Args:
-        person: Lifts of the person.
-        courses: Courses of these lifts, for K values of the learner's parameters.
-        places: Which of these K each of the D values has, (D,).
-        participant: Participant, with the values that are not free.
+        person: Lifts of the participant.
+        courses: Particle trajectories over these lifts for K parameter vectors of the learner.
+        places: Index of the learner's parameter vector for each of D draws, (D,).
+        participant: Participant with the values of fixed parameters.
         free: Free parameters of the participant.
-        values: D values of these, (D, F).
+        values: Values of these parameters for each draw, (D, F).
     """
     D, P = len(places), courses.believed.shape[2]
     pushes = _get_pushes(participant, free, values)
@@ -293,17 +290,19 @@ def filter_pushes(
 
 
 def _get_pushes(participant: Participant, free: Sequence[FreeParameter], values: Array) -> Pushes:
-    """Returns the push parameters for free values, (D, F); (D, 1) each."""
+    """Returns push parameters, (D, 1) each, for values of the free parameters, (D, F)."""
     own = set_participant(participant, free, values)
     return Pushes(*(take(own, name, range(len(values)))[:, None] for name in OF_PARTICIPANTS))
 
 
 def _draw_anew(log_weights: Array, uniform: Array) -> tuple[NDArray[np.intp], Array]:
-    """Resamples the particles of K values, (K, P), systematically.
+    """Resamples particles systematically if their effective number is below half.
 
-    Values whose effective number of particles is small are resampled, each with one uniform random number.
+    Args:
+        log_weights: Log weights of the particles of each parameter vector, (K, P).
+        uniform: Uniform random number for each parameter vector, (K,).
 
-    Returns: Ancestor of each particle, (K, P), and the logarithm by which its weight changes, (K, P).
+    Returns: Ancestor of each particle, (K, P), and change in its log weight, (K, P).
     """
     K, P = log_weights.shape
     log_shares = log_weights - logsumexp(log_weights, axis=1, keepdims=True)

@@ -1,7 +1,7 @@
-"""Participants: their pushes before release, their differences, and lift settings.
+"""Participant parameters: random errors, gain and lapses of pushes, and differences between participants.
 
-A simulated arm pushes with exactly the believed weight. A person's push also has a random error, a gain and lapses,
-none of which affects learning. By default no parameter has an effect.
+A simulated arm pushes with exactly the believed weight before the object is released. The push of a human participant
+also has a random error, a gain and lapses, which do not affect learning. All effects are disabled by default.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _AFTER = "proposed after groups that are now held out had been seen"
 
 
 def _of_each(bound: Within) -> Checked:
-    """Builds a check for a number, or for a number per observer. A sequence of numbers becomes a tuple."""
+    """Builds a check for a number, or for a sequence with one number per observer, which becomes a tuple."""
 
     def check(name: str, value: Any) -> Any:
         if isinstance(value, np.ndarray | list | tuple):
@@ -33,19 +33,18 @@ def _of_each(bound: Within) -> Checked:
 
 @dataclass(frozen=True)
 class Participant(CheckedFields):
-    """Parameters of a participant's pushes, heaviness judgements and differences.
+    """Parameters of pushes and heaviness judgements, and their variability between participants.
 
-    Push error, gain and lapse are numbers, or sequences with one number per observer. Zero errors, lapses and spreads
-    and a gain of 1 have no effect.
+    Push error, gain and lapse can be sequences with one number per observer.
 
     Attributes:
-        push_error: Standard deviation of a push divided by its mean; it affects only the push, not learning.
-        gain: Push divided by the believed weight.
+        push_error: Coefficient of variation of pushes; it does not affect learning.
+        gain: Mean push divided by the believed weight.
         gain_spread: Standard deviation of the logarithm of the gain between participants.
-        lapse: Probability that a push is meant for the weight of the previous lift; zero in the first lift.
-        kappa_spread: Standard deviation of the logarithm of kappa between participants, for learners that have it.
+        lapse: Probability that a push matches the believed weight of the previous lift; zero in the first lift.
+        kappa_spread: Standard deviation of the logarithm of kappa between participants, for learners with kappa.
         heaviness_exponent: Exponent e of judged heaviness, felt (felt / predicted)^e, where felt is the felt weight
-            and predicted the weight expected from the appearance.
+            and predicted is the weight expected from the appearance.
     """
 
     push_error: Annotated[
@@ -75,17 +74,17 @@ class Participant(CheckedFields):
 
 @dataclass(frozen=True)
 class LiftSettings(Settings):
-    """Settings of lifts in closed form.
+    """Settings for closed-form lifts.
 
     Attributes:
-        participant: How simulated people push, and how they differ, in lifts that are computed in closed form.
+        participant: Push parameters of simulated participants, and their variability.
     """
 
     participant: Participant = Participant()
 
 
 def with_participant(settings: Settings) -> LiftSettings:
-    """Returns the settings with a participant, by default without errors."""
+    """Returns lift settings, with an error-free participant if there is none."""
     if isinstance(settings, LiftSettings):
         return settings
     return LiftSettings(**{each.name: getattr(settings, each.name) for each in fields(settings)})
@@ -94,22 +93,22 @@ def with_participant(settings: Settings) -> LiftSettings:
 class Pushes(NamedTuple):
     """Push parameters of B observers, (B,) each."""
 
-    error: Array  # SD of a push divided by its mean
+    error: Array  # coefficient of variation
     gain: Array
     lapse: Array
 
     def take(self, rows: NDArray[np.intp]) -> "Pushes":
-        """Returns the parameters of some observers."""
+        """Selects the parameters of some observers."""
         return Pushes(self.error[rows], self.gain[rows], self.lapse[rows])
 
     def draw(self, believed: Array, before: Array, rng: Draws) -> Array:
-        """Draws the pushes of observers, (B,), [N].
+        """Draws a push of each observer, (B,), [N].
 
-        No random numbers are drawn if there are neither errors nor lapses.
+        Without errors and lapses, no random numbers are drawn.
 
         Args:
-            believed: Weight that each observer believes in now, (B,), [N].
-            before: Weight that each observer believed in at the previous lift, (B,), [N]; NaN in a first lift.
+            believed: Believed weight of each observer, (B,), [N].
+            before: Believed weight in the previous lift, (B,), [N]; NaN in the first lift.
             rng: Random generator.
         """
         if not (self.error.any() or self.lapse.any()):
@@ -120,15 +119,12 @@ class Pushes(NamedTuple):
         return mean * (1.0 + self.error * normal)
 
     def compute_mean(self, believed: Array, before: Array) -> Array:
-        """Computes the mean push, [N], from believed weights now and before, (B,)."""
+        """Computes mean pushes, [N], from the believed weights in this and the previous lift, (B,), [N]."""
         meant: Array = np.where(np.isfinite(before), (1.0 - self.lapse) * believed + self.lapse * before, believed)
         return self.gain * meant
 
     def compute_log_density(self, push: float, believed: Array, before: Array) -> Array:
-        """Computes the log density of a push, [N].
-
-        The density depends on the believed weights now and before, (B,).
-        """
+        """Computes the log density of a push, [N], given the believed weights in this and the previous lift, (B,)."""
         now = _log_normal(push, self.gain * believed, self.error)
         if not self.lapse.any() or not np.isfinite(before).all():
             return now
@@ -141,9 +137,9 @@ class Pushes(NamedTuple):
 def draw_participants(
     participant: Participant, learner: Learner, observers: Sequence[int], rng: Draws
 ) -> tuple[Pushes, Learner]:
-    """Draws push parameters of B observers, and their learner's parameters.
+    """Draws push parameters and learner parameters of B observers.
 
-    No random numbers are drawn if there is no spread.
+    Without variability between participants, no random numbers are drawn.
     """
     learner, size = learner.of_observers(observers), len(observers)
     values = {name: take(participant, name, observers) for name in ("push_error", "gain", "lapse")}
@@ -158,10 +154,10 @@ def draw_participants(
 
 
 def take(participant: Participant, name: str, observers: Sequence[int]) -> Array:
-    """Returns the values of a participant's field for some observers, (B,).
+    """Returns the value of a participant's field for each observer, (B,).
 
     Raises:
-        BadArgumentError: If the field is a sequence with too few values.
+        BadArgumentError: The field is a sequence with too few values.
     """
     value = getattr(participant, name)
     if not isinstance(value, tuple):
@@ -173,7 +169,7 @@ def take(participant: Participant, name: str, observers: Sequence[int]) -> Array
 
 
 def list_own_values(pushes: Pushes, learner: Learner) -> dict[str, Array]:
-    """Lists the parameters of participants and learner by setting, (B,) each."""
+    """Lists the parameters of pushes and learner by name of the setting, (B,) each."""
     size = len(pushes.gain)
     of_learner = {each.name: getattr(learner.parameters, each.name) for each in fields(learner.parameters)}
     own = {

@@ -1,8 +1,8 @@
-"""Posterior predictive checks: compares a person's pushes with simulated pushes.
+"""Posterior predictive checks of fits to participants.
 
-Each statistic of a person's pushes is compared with simulated people in the same lifts. Their parameters are drawn
-from the person's posterior. A statistic fails if few simulated people reach it. The threshold gives one false alarm
-in twenty people (Bonferroni).
+Statistics of a participant's pushes are compared with the same statistics of simulated participants, whose parameters
+are drawn from the posterior. A statistic fails if its p-value is below .05 divided by the number of statistics
+(Bonferroni correction), so that about one in twenty participants fails by chance.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,29 +23,29 @@ from affordance.reporting.figures import FONT_SIZE
 from affordance.runs.repeats import run_tasks
 
 _SIMULATED, _FAILS = 400, 0.05
-_MOST_SDS = 5.0  # of the colours of the figure
-_MOST_OBJECTS = 8  # objects with statistics of their own, the most lifted ones
+_MOST_SDS = 5.0  # end of the colour scale
+_MOST_OBJECTS = 8  # largest number of objects with separate statistics
 
 
 class Statistic(NamedTuple):
-    """Statistic of a person's pushes and of pushes simulated for this person."""
+    """Statistic of a participant's pushes, compared with simulated participants."""
 
     name: str
     observed: float
-    low: float  # of 90 % of simulated people
-    high: float
-    z: float  # difference from the mean of simulated people, in their SDs
+    low: float  # 5 % quantile of simulated participants
+    high: float  # 95 % quantile
+    z: float  # difference from the mean of simulated participants, in their SDs
     p_value: float  # two-sided
     fails: bool
 
 
 def check_person(question: Question, place: int, normal: Array) -> list[Statistic]:
-    """Compares a person's pushes with simulated ones.
+    """Compares the pushes of a participant with simulated pushes.
 
     Args:
-        question: Question that was fitted.
-        place: Number of the person.
-        normal: Draws from the person's posterior, (D, F), in standard normal numbers.
+        question: Specification of the fit.
+        place: Index of the participant.
+        normal: Draws from the posterior of the participant, (D, F), in standard normal numbers.
     """
     person, names = question.lifts.people[place], [tool.name for tool in question.lifts.tools]
     simulated = simulate_pushes(question, place, normal)
@@ -56,7 +56,7 @@ def check_person(question: Question, place: int, normal: Array) -> list[Statisti
         reached = min((values >= here).sum(), (values <= here).sum())
         p_value = min(1.0, 2.0 * (1.0 + float(reached)) / (1.0 + len(values)))
         z = float((here - values.mean()) / max(values.std(), 1e-12))
-        if not reached:  # out of the reach of counting: the tail of a normal distribution
+        if not reached:  # too extreme for counting: use the tail of a normal distribution
             p_value = min(p_value, 2.0 * float(ndtr(-abs(z))))
         low, high = np.quantile(values, [0.05, 0.95]).tolist()
         found.append(Statistic(name, here, low, high, z, p_value, p_value <= _FAILS / len(observed)))
@@ -64,7 +64,7 @@ def check_person(question: Question, place: int, normal: Array) -> list[Statisti
 
 
 def simulate_pushes(question: Question, place: int, normal: Array) -> Array:
-    """Simulates the person's lifts with posterior parameters. Returns pushes, (S, N), [N]."""
+    """Simulates pushes in a participant's lifts with parameters from the posterior, (S, N), [N]."""
     person, (own, pushed) = question.lifts.people[place], split_free(question.free)
     rng = np.random.default_rng([question.seed, place, 2])
     values = question.convert(normal[rng.integers(len(normal), size=_SIMULATED)])
@@ -88,8 +88,9 @@ def simulate_pushes(question: Question, place: int, normal: Array) -> Array:
 def compute_statistics(person: Person, names: list[str], pushes: Array) -> Mapping[str, Array]:
     """Computes statistics of pushes, (S, N), by name, (S,) each.
 
-    The statistics are the first push and the mean of the last quarter, for each of the most lifted objects. Others
-    are the relative SD of pushes about each object's mean, and the correlation of successive deviations.
+    Statistics for each of the most frequent objects are the first push and the mean of the last quarter. Statistics
+    over all objects are the relative SD about the mean push for the object, and the correlation between successive
+    deviations from this mean.
     """
     known = np.isfinite(person.pushes)
     objects, pushes = person.objects[known], pushes[:, known]
@@ -110,13 +111,13 @@ def compute_statistics(person: Person, names: list[str], pushes: Array) -> Mappi
 
 
 def check_all(question: Question, own: Sequence[Array]) -> list[list[Statistic]]:
-    """Checks the fits to all people, given their draws, (D, F) each."""
+    """Checks the fits to all participants, given their posterior draws, (D, F) each."""
     tasks = [partial(check_person, question, place, normal) for place, normal in enumerate(own)]
     return run_tasks(tasks, jobs=question.jobs, description="check")
 
 
 def list_checks(question: Question, checks: Sequence[Sequence[Statistic]]) -> list[str]:
-    """Formats checks as lines, one per person, and a verdict."""
+    """Formats checks as one line per participant and a summary."""
     lines, learner = [], question.learner.name
     for person, check in zip(question.lifts.people, checks, strict=True):
         failed = [each for each in check if each.fails]
@@ -131,7 +132,7 @@ def list_checks(question: Question, checks: Sequence[Sequence[Statistic]]) -> li
 
 
 def draw_checks(question: Question, checks: Sequence[Sequence[Statistic]]) -> Figure:
-    """Plots each person's statistics relative to simulated ones, in their SDs."""
+    """Plots z-scores of all statistics and participants relative to simulated participants."""
     names = list(dict.fromkeys(each.name for check in checks for each in check))
     z = np.full((len(names), len(checks)), np.nan)
     figure = Figure(figsize=(0.55 * len(checks) + 4.5, 0.36 * len(names) + 1.8), layout="constrained")

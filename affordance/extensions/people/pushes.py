@@ -1,7 +1,4 @@
-"""Reads pushes and lifted objects from a table of lifts (lifts.csv).
-
-The pushes are people's or simulated.
-"""
+"""Measured or simulated pushes and lifted objects from a table of lifts (lifts.csv)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -32,18 +29,18 @@ from affordance.objects.colour import is_colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 
-_LARGEST = 0.1  # volume of an object, [m^3]
-_ROUNDED = 0.01  # largest relative difference of a size from that of the object that its row names
+_LARGEST = 0.1  # largest volume of an object, [m^3]
+_ROUNDED = 0.01  # largest relative difference between the size in a row and the size of the named object
 
 
 class Person(NamedTuple):
-    """Lifts of one participant in order, N of them."""
+    """Lifts of one participant in chronological order."""
 
     name: str
     objects: NDArray[np.intp]  # index of the object in ``Lifts.tools``, (N,)
-    pushes: Array  # upward force before release, (N,), [N]; NaN where unknown
-    teaches: Mask
-    group: str = ""  # value of the column that was named as group
+    pushes: Array  # upward force before release, (N,), [N]; NaN if missing
+    teaches: Mask  # True where the participant learns from the lift, (N,)
+    group: str = ""
 
 
 class Lifts(NamedTuple):
@@ -62,25 +59,24 @@ def read_lifts(
     columns: Mapping[str, str] = {},
     group: str = "",
 ) -> Lifts:
-    """Reads the lifts of participants. Simulated observers count as participants.
+    """Reads the lifts of human or simulated participants from a table.
 
-    Without ``tools``, objects are built from the table: cylinders with the mass and size given in each row, held at
-    their middle. They look alike unless the column ``looks_like`` differs. No other property matters for lifts.
-    With ``tools``, the columns ``mass`` and ``looks_like`` change the objects as they do in a table of trials, and a
-    ``size`` must be the object's.
+    Without ``tools``, each object is a cylinder with mass and size from the table, held at its middle. Cylinders look
+    alike unless the column ``looks_like`` differs. With ``tools``, the columns ``mass`` and ``looks_like`` modify the
+    objects as in a table of trials, and a ``size`` must agree with the object.
 
     Args:
-        path: Table with one row for each lift.
-        learner: Learner whose simulated observers are read, or "people"; empty for people, or if the table has the
-            lifts of a single learner.
-        tools: Objects that the table names.
-        materials: Materials that these may look like, by name.
+        path: Table with one row per lift.
+        learner: Learner whose simulated observers are read, or "people". If empty, human participants are read, or
+            the observers of the only learner in the table.
+        tools: Objects that are named in the table.
+        materials: Materials that objects can look like, by name.
         columns: Names of columns in the file, by this program's names.
         group: Column with the group of each participant; empty for none.
 
     Raises:
-        BadValueError: The table cannot be read, is too large, or has an invalid cell; or it has lifts of several
-            learners and none was chosen; or a participant is in two groups.
+        BadValueError: The table cannot be read, is too large, or has an invalid cell; it has several learners and
+            none was chosen; or a participant is in two groups.
     """
     known = dict.fromkeys([*LIFT_COLUMNS, group] if group else LIFT_COLUMNS)
     cells = read_cells(path, known, ["object", "force", *([group] if group else [])], columns)
@@ -111,10 +107,7 @@ def read_lifts(
 
 
 def _choose(path: Path, known: Sequence[str], learner: str) -> str:
-    """Chooses whose lifts are read.
-
-    The lifts are the chosen learner's lifts, else people's, else the only learner's.
-    """
+    """Returns the chosen learner or, by default, "people" if there are any, or else the only learner."""
     if learner:
         if learner not in known:
             raise BadValueError(path, "--of", describe_choice(learner, known))
@@ -129,7 +122,10 @@ def _choose(path: Path, known: Sequence[str], learner: str) -> str:
 def _find_objects(
     cells: Cells, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> tuple[NDArray[np.intp], tuple[Tool, ...]]:
-    """Finds each row's object, (rows,), and the objects. Objects are looked up by name or built from the table."""
+    """Looks up objects by name or builds them from the table.
+
+    Returns: Index of the object in each row, (rows,), and the objects.
+    """
     rows = pd.DataFrame(
         {
             "object": read_choices(cells, "object", tools) if tools else read_names(cells, "object", ""),
@@ -168,7 +164,7 @@ def _find_objects(
 
 
 def _make(name: str, mass: float, size: float, look: str, number: int) -> Tool:
-    """Builds a cylinder as high as its diameter. A look that is not a colour gets an arbitrary one."""
+    """Builds a cylinder of equal height and diameter. If ``look`` is not a colour, it gets an arbitrary colour."""
     radius = (size / (2.0 * math.pi)) ** (1.0 / 3.0)
     colour = look if is_colour(look) else f"#{(40 + 67 * number) % 256:02x}{(90 + 101 * number) % 256:02x}8c"
     return cylinder(name, radius=radius, height=2.0 * radius, mass=mass, colour=colour)

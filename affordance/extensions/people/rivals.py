@@ -1,8 +1,8 @@
-"""Alternative learners for comparison, with other kinds of memory.
+"""Alternative learners with other kinds of memory, for comparison with human lifts.
 
-The learners remember nothing, own lifts, or own and shared lifts. No working arm uses them. The first forgets every
-lift. The second has a density for each object but none for a look. The third has a density for each look and, for
-each object, a deviation from it; two delta rules move both by a fraction of each error.
+The first learner forgets every lift. The second learns the density of each object, without generalising to objects
+that look alike. The third learns a density for each appearance and the deviation of each object from it, using two
+delta rules.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,9 +25,9 @@ _CERTAIN_SD = 1.0  # [kg/m^3]
 
 
 class OwnMemory(Learner):
-    """Learner with a density for each object. A new object has the prior.
+    """Learner with a separate density for each object.
 
-    The belief about an object is a normal distribution by Laplace's method at the mode given all of its holds.
+    The belief about an object is the prior combined with a Laplace approximation to the likelihood of all its holds.
     """
 
     @property
@@ -79,7 +79,7 @@ class OwnMemory(Learner):
 
 
 class NothingRemembered(OwnMemory):
-    """Learner that forgets: each lift starts from the prior. Measurements are used only within their lift."""
+    """Learner without memory: each lift starts from the prior."""
 
     @property
     @override
@@ -97,19 +97,19 @@ class NothingRemembered(OwnMemory):
 
 
 class OwnAndShared(Learner):
-    """Learner with a shared density for each look, and a deviation from it for each object.
+    """Learner with a shared density for each appearance, and a deviation from it for each object.
 
-    An object's expected density is the sum of both. After a lift, each moves by a fraction of the difference between
-    the felt density and this sum.
+    The expected density of an object is their sum. After a lift, both are changed by a fraction of the error between
+    felt and expected density.
     """
 
     @dataclass(frozen=True)
     class Parameters:
-        """Parameters of both delta rules.
+        """Learning rates of both delta rules.
 
         Attributes:
-            own_rate: Fraction of an error by which an object's deviation moves.
-            shared_rate: Fraction of an error by which the density of its look moves.
+            own_rate: Learning rate of an object's deviation.
+            shared_rate: Learning rate of the shared density of an appearance.
         """
 
         own_rate: Annotated[float, _SHARE, Setting("1", "a guess, to be fitted to persons")] = 0.3
@@ -132,7 +132,7 @@ class OwnAndShared(Learner):
 
     @override
     def believe(self, state: State) -> Normals:
-        """Returns the shared densities with almost no uncertainty. A delta rule has none."""
+        """Returns the shared densities with negligible uncertainty, because delta rules do not represent it."""
         mean = state["shared"]
         return Normals(mean, np.tile(_CERTAIN_SD**2 * np.eye(mean.shape[1]), (len(mean), 1, 1)))
 
@@ -168,15 +168,15 @@ def _build_prior(state: State, count: int) -> Normals:
 
 
 def _surround(state: State, mean: Array) -> Normals:
-    """Returns normals about densities, (B, M), with the prior's SD.
+    """Returns normal distributions about densities, (B, M), with the SD of the prior.
 
-    The normals are so broad that they hardly bias the measurement.
+    This SD is large enough not to bias the estimate from a measurement.
     """
     return Normals(mean, state["prior_sd"][:, None, None] ** 2 * np.eye(mean.shape[1]))
 
 
 def _meet(state: State, probabilities: Array, name: str, value: Any) -> tuple[State, int]:
-    """Adds a colour to an array over colours, (B, M), unless a known one is most probable."""
+    """Adds a colour to an array, (B, M), unless a known colour is most probable."""
     best, count = int(probabilities.argmax()), len(probabilities) - 1
     if best < count:
         return state, best
@@ -186,11 +186,11 @@ def _meet(state: State, probabilities: Array, name: str, value: Any) -> tuple[St
 
 
 NOTHING_REMEMBERED, OWN_MEMORY, OWN_AND_SHARED = NothingRemembered(), OwnMemory(), OwnAndShared()
-# They are compared with the program's learners on people's lifts, and are simulated only where they are named.
+# Learners for comparison with human lifts, by name. They are not simulated by default.
 RIVALS: Mapping[str, Learner] = {each.name: each for each in (NOTHING_REMEMBERED, OWN_MEMORY, OWN_AND_SHARED)}
 
 
 def label_learner(name: str) -> str:
-    """Returns a learner's name in words, given its name in files."""
+    """Returns the label of a learner for figures, given its name."""
     known = {**LEARNERS, **RIVALS}.get(name)
     return known.label if known is not None else name

@@ -1,10 +1,10 @@
-"""Random-effects selection of learners for a group, where people may differ in learner.
+"""Random-effects Bayesian model selection for a group whose participants may have different learners.
 
-The frequencies r of L learners in a population have a uniform Dirichlet distribution, and each person has one of
-them: p(data | r) is the product over people of sum_l r_l p(data of person | learner l) (Stephan and others 2009,
-NeuroImage 46:1004). The protected exceedance probability also counts the chance that all learners are equally
-frequent (Rigoux and others 2014, NeuroImage 84:971). Both papers use a variational posterior, this module weighted
-draws of the prior.
+The frequencies r of L learners in the population have a uniform Dirichlet prior. Each participant has one learner, so
+p(data | r) is the product over participants of sum_l r_l p(data of participant | learner l) (Stephan and others 2009,
+NeuroImage 46:1004). The protected exceedance probability takes into account that all learners may be equally frequent
+(Rigoux and others 2014, NeuroImage 84:971). Both papers use a variational posterior; this module uses importance
+sampling from the prior.
 """
 
 from typing import NamedTuple
@@ -18,14 +18,14 @@ _DRAWS = 100_000
 
 
 class Selection(NamedTuple):
-    """Posterior about L learners in a population of N people.
+    """Posterior about the frequencies of L learners, given N participants.
 
     Attributes:
-        people: Probability that a person has a learner, (N, L).
+        people: Probability that a participant has a learner, (N, L).
         frequencies: Expected frequency of each learner in the population, (L,).
-        exceedance: Probability that a learner is more frequent than any other, (L,).
-        protected: Exceedance, averaged with the case that all learners are equally frequent, (L,).
-        equal: Probability that all are equally frequent.
+        exceedance: Exceedance probability that a learner is more frequent than any other, (L,).
+        protected: Protected exceedance probability, (L,).
+        equal: Probability that all learners are equally frequent.
     """
 
     people: Array
@@ -36,7 +36,7 @@ class Selection(NamedTuple):
 
 
 def select_learners(log_evidence: Array, seed: int = 0) -> Selection:
-    """Estimates how frequent learners are from log evidences, (N, L). There is one per person and learner."""
+    """Estimates the frequencies of learners from the log evidence of each participant and learner, (N, L)."""
     L = log_evidence.shape[1]
     relative = np.exp(log_evidence - log_evidence.max(axis=1, keepdims=True))
     r = np.random.default_rng(seed).dirichlet(np.ones(L), _DRAWS)

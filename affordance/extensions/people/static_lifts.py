@@ -1,9 +1,8 @@
-"""Computes hundreds of lifts of many observers in closed form.
+"""Closed-form lifts of many observers, without simulating motion.
 
-Results are beliefs, forces, and measurements at rest. In each lift an observer sees an object, pushes with its
-believed weight (``control.hold``), then holds it, and learns from the noisy torques of the arm at rest with the
-object in its hand. The arm is the same as in all simulations, in its home posture, but no motion is simulated.
-Observers are the rows of arrays and are independent of each other.
+In each lift an observer sees an object, pushes with the believed weight (``control.hold``), holds the object, and
+learns from noisy static joint torques. The arm is the same as in all simulations, in its home posture. Rows of arrays
+are independent observers.
 """
 
 import copy
@@ -36,49 +35,48 @@ from affordance.settings import Settings
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 
-# Object number of an observer that lifts nothing in a trial.
+# Object number in trials without a lift.
 NOTHING = -1
 
 
 class LiftedObservers(NamedTuple):
-    """State of B observers: learned densities and lifted objects."""
+    """Learned densities and lifted objects of B observers."""
 
-    state: State  # state of their learner, in which objects have the same numbers as here
-    order: Array  # number of the first lift of each object, counting objects that look the same as one, (B, objects)
+    state: State  # state of the learner, with the same numbers of objects as here
+    # Number of the first lift of each object, (B, objects); infinite if it was never lifted. Objects that look the
+    # same are one object.
+    order: Array
 
 
 class LiftRecord(NamedTuple):
-    """Record of N lifts by B observers, (N, B) each. Without a lift it is NaN, or 0 for the kind."""
+    """Record of N lifts by B observers, (N, B) each. In trials without a lift, entries are NaN, or 0 for the kind."""
 
-    force: Array  # upward force exerted before release, [N]
+    force: Array  # upward force before release, [N]
     weight: Array  # true weight, [N]
-    expected: Array  # expected mass, at the most probable densities before each lift, [kg]
-    believed_density: Array  # most probable density for the colour of the first part, before each lift, [kg/m^3]
-    kind: NDArray[np.intp]  # number of the object's kind within that colour after the lift, 1 for the oldest; or 0
-    p_value: Array  # p-value of the measurement under the belief before the lift; NaN if nothing is learned
+    expected: Array  # mass at the most probable densities before the lift, [kg]
+    believed_density: Array  # most probable density of the first part's colour before the lift, [kg/m^3]
+    kind: NDArray[np.intp]  # kind of the first part within its colour after the lift, from 1; 0 without kinds
+    p_value: Array  # predictive p-value of the measurement before the lift; NaN if nothing is learned
     felt: Array  # weight at the most probable densities after the lift, [N]; NaN if nothing is learned
-    expected_by_look: Array  # weight expected of a new object with this appearance, before each lift, [N]
+    expected_by_look: Array  # weight expected before the lift of a new object with this appearance, [N]
     after: LiftedObservers
 
 
 class _SeenTool(NamedTuple):
-    """Quantities that all lifts of an object share.
+    """Constant quantities of an object."""
 
-    Phi has a column per part, (10, num_parts); the weight is in [N].
-    """
-
-    appearance: Appearance  # appearance, in known colours
-    colours: tuple[int, ...]  # indices of the parts' colours
-    Phi: Array
-    tau: Array  # true torques of the arm holding the object, shape (num_joints,), [N m]
-    weight: float
+    appearance: Appearance  # with known colours
+    colours: tuple[int, ...]  # colour index of each part
+    Phi: Array  # inertia map with one column per part, (10, num_parts)
+    tau: Array  # true joint torques while holding the object, (num_joints,), [N m]
+    weight: float  # [N]
 
 
 def check_closed_form(settings: Settings) -> WeberNoise:
-    """Checks that settings allow lifts in closed form. Returns the torque noise.
+    """Checks that settings allow closed-form lifts, and returns the torque noise.
 
     Raises:
-        BadArgumentError: Unless features are exact, and the torque noise is one error per trial.
+        BadArgumentError: Visual features are not exact, or torque errors are not constant within a trial.
     """
     noise, where = settings.noise, "for lifts in closed form"
     if not isinstance(noise, WeberNoise):
@@ -91,13 +89,10 @@ def check_closed_form(settings: Settings) -> WeberNoise:
 
 
 class StaticLifter:
-    """Closed-form lifts of a set of objects. Quantities that all lifts share are computed once."""
+    """Closed-form lifts of a set of objects."""
 
     def __init__(self, tools: Sequence[Tool], settings: Settings) -> None:
-        """Computes the quantities that all lifts share.
-
-        Errors are as in ``check_closed_form`` and ``load_arm``.
-        """
+        """Precomputes constant quantities; errors are as in ``check_closed_form`` and ``load_arm``."""
         self._noise = check_closed_form(settings)
         arm = load_arm(settings.arm)
         self.settings = settings
@@ -106,7 +101,7 @@ class StaticLifter:
         self.gravity = float(np.linalg.norm(ArmModel(arm).gravity))
         self.colours: list[Colour] = []
         self._tools = [self._see(tool) for tool in tools]
-        # Objects that differ only in mass look exactly the same, so only different looks are compared, when needed.
+        # Objects that differ only in mass look exactly the same. Only different appearances are compared, on demand.
         looks = {(each.colours, each.appearance): each for each in self._tools}
         number = {look: number for number, look in enumerate(looks)}
         self._look = np.array([number[each.colours, each.appearance] for each in self._tools])
@@ -115,26 +110,26 @@ class StaticLifter:
         self._tau = np.array([each.tau for each in self._tools])
         self._first = np.array([each.colours[0] for each in self._tools])
         palettes = [tuple(dict.fromkeys(each.colours)) for each in self._tools]
-        self._palettes = list(dict.fromkeys(palettes))  # different sets of colours, and that of each object
+        self._palettes = list(dict.fromkeys(palettes))  # different sets of colours
         numbers = {palette: number for number, palette in enumerate(self._palettes)}
         self._palette = np.array([numbers[palette] for palette in palettes])
 
     def start(self, seeds: Sequence[tuple[int, ...]]) -> LiftedObservers:
-        """Creates observers without experience, each with a seed for its learner."""
+        """Creates inexperienced observers, with one seed for each learner."""
         learner, size = self._learner, len(seeds)
         draws = ObserverDraws([(*seed, 0) for seed in seeds])
         state = learner.start(draws, learner.parameters, self.settings.prior, len(self.colours), size)
         return LiftedObservers(state, np.full((size, len(self._tools)), np.inf))
 
     def mark_met(self, observers: LiftedObservers, number: int) -> LiftedObservers:
-        """Marks an object as met by all observers, who learn nothing from this."""
+        """Marks an object as known to all observers, without learning."""
         order = observers.order.copy()
         things = self.identify(np.full(len(order), number), order)
         order[np.arange(len(order)), things] = np.minimum(order[np.arange(len(order)), things], 0.0)
         return observers._replace(order=order)
 
     def list_things(self, observers: LiftedObservers) -> tuple[Thing, ...]:
-        """Lists the objects of a single observer, by number. Objects that were never met have no appearance."""
+        """Lists all objects of a single observer. Unknown objects have no appearance."""
         pairs = zip(self._tools, np.isfinite(observers.order[0]), strict=True)
         return tuple(
             Thing(tool.appearance, tuple(dict.fromkeys(tool.colours))) if is_met else Thing((), ())
@@ -142,11 +137,8 @@ class StaticLifter:
         )
 
     def draw_errors(self, seeds: Sequence[tuple[int, ...]], num_lifts: int) -> Array:
-        """Draws gain and offset errors of N lifts, (N, B, 2, num_joints).
-
-        Each observer has a seed; the lift's number is added.
-        """
-        numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # a trailing 0 would not change a seed
+        """Draws gain and offset errors of N lifts, (N, B, 2, num_joints), with one seed per observer."""
+        numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # from 1: a trailing 0 is no new seed
         drawn = [[self._noise.draw_trial_errors((*seed, number), num_joints) for seed in seeds] for number in numbers]
         return np.array(drawn).reshape(num_lifts, len(seeds), 2, num_joints)
 
@@ -159,21 +151,19 @@ class StaticLifter:
         teaches: Mask | None = None,
         pushes: Pushes | None = None,
     ) -> LiftRecord:
-        """Computes the lifts of observers.
+        """Computes N lifts of B observers.
 
         Args:
-            objects: Number of the object that each observer lifts, (N, B); NOTHING for none.
+            objects: Number of the object that each observer lifts, (N, B); NOTHING for no lift.
             observers: State of the observers before the first lift.
             errors: Measurement errors; see ``draw_errors``.
-            seeds: Seed of each observer; together with the lift's number, it seeds its learner's draws in a lift.
+            seeds: Seed of each observer for random draws of the learner.
             teaches: True where an observer learns from a lift, (N, B); None for all lifts.
             pushes: Push parameters; None for pushes that equal the believed weight.
-
-        A lift takes one call of the learner's ``expect`` and ``learn`` for all observers.
         """
         state, order, everyone = observers.state, observers.order.copy(), np.arange(objects.shape[1])
         force, expected, believed, p_value, felt, by_look = (np.full(objects.shape, np.nan) for _ in range(6))
-        last = np.full(len(everyone), np.nan)  # weight believed in the previous lift, [N]
+        last = np.full(len(everyone), np.nan)  # believed weight in the previous lift, [N]
         kind, learned = np.zeros(objects.shape, dtype=np.intp), np.zeros(len(everyone), dtype=np.intp)
         is_taught = (objects != NOTHING) & (np.ones(objects.shape, dtype=bool) if teaches is None else teaches)
         for number, (chosen, taught) in enumerate(zip(objects, is_taught, strict=True)):
@@ -218,7 +208,7 @@ class StaticLifter:
 
     @property
     def error_sds(self) -> Array:
-        """Standard deviations of gain and offset errors of a lift, (2,)."""
+        """Standard deviations of gain and offset errors, (2,)."""
         return np.array([self._noise.weber_fraction, self._noise.threshold])
 
     def of_learner(self, learner: Learner) -> "StaticLifter":
@@ -228,13 +218,13 @@ class StaticLifter:
         return other
 
     def list_colours(self, number: int) -> tuple[int, ...]:
-        """Lists the indices of the colours of an object without repetition."""
+        """Lists the different colour indices of an object."""
         return tuple(dict.fromkeys(self._tools[number].colours))
 
     def feel(
         self, state: State, seen: Seen, lifted: NDArray[np.intp], Phi: Array, errors: Array, draws: Draws
     ) -> Lesson:
-        """Updates B observers by measurements of one object each. Errors are (B, 2, num_joints)."""
+        """Updates B observers with a measurement of one object each; errors are (B, 2, num_joints)."""
         gain, offset = np.moveaxis(errors, 1, 0)
         tau = self._tau[lifted] * (1.0 + gain) + offset
         noise = self._noise.threshold, self._noise.weber_fraction
@@ -272,10 +262,7 @@ class StaticLifter:
         return np.array(maps)[places]
 
     def identify(self, chosen: NDArray[np.intp], order: Array) -> NDArray[np.intp]:
-        """Finds the known object that each observer recognises, (B,).
-
-        The result is the first lifted object that looks like the chosen one, or else the chosen one.
-        """
+        """Finds the first known object that looks like the chosen object, or else the chosen object itself, (B,)."""
         looks = self._look[chosen]
         rows, columns = np.unique(looks), np.unique(self._look[np.isfinite(order).any(axis=0)])
         for i, j in np.argwhere(self._same[np.ix_(rows, columns)] < 0):
@@ -285,7 +272,7 @@ class StaticLifter:
         return np.where(np.isfinite(known).any(axis=1), known.argmin(axis=1), np.maximum(chosen, 0))
 
     def identify_all(self, objects: NDArray[np.intp], teaches: Mask) -> NDArray[np.intp]:
-        """Finds the known object that one observer recognises in each of N lifts, (N,)."""
+        """Finds the object that one observer recognises in each of N lifts, (N,)."""
         things, order = np.empty_like(objects), np.full((1, len(self._tools)), np.inf)
         for number, (lifted, is_taught) in enumerate(zip(objects, teaches, strict=True)):
             things[number] = thing = self.identify(np.array([lifted]), order)[0]
@@ -296,16 +283,16 @@ class StaticLifter:
     def _group(
         self, chosen: NDArray[np.intp], things: NDArray[np.intp], taught: Mask
     ) -> Iterator[tuple[NDArray[np.intp], tuple[int, ...]]]:
-        """Groups observers by their objects' colours and by learning.
+        """Groups observers by the colours of their objects and by learning.
 
-        Yields: Rows of each group's observers, and the colours.
+        Yields: Indices of the observers in each group, and the colours.
         """
         keys = np.where(chosen == NOTHING, NOTHING, 2 * self._palette[things] + taught)
         for key in np.unique(keys[keys != NOTHING]):
             yield np.flatnonzero(keys == key), self._palettes[key // 2]
 
     def _estimate(self, before: Normals, mode: Array, seeds: Sequence[tuple[int, ...]]) -> Array:
-        """Computes the densities that control uses, (n, m). Sampled densities are drawn with the seeds."""
+        """Computes the point estimates of densities for control, (n, m). The seeds are for sampled densities."""
         if (point_estimate := self.settings.point_estimate) is PointEstimate.MODE:
             return mode
         beliefs = (
@@ -317,10 +304,7 @@ class StaticLifter:
         )
 
     def _number_kinds(self, state: State, seen: Seen, first: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Finds the numbers, from 1, of the objects' kinds in their first colour, (n,).
-
-        The numbers are 0 for a learner without kinds.
-        """
+        """Numbers the kind of each object's first part within its colour, from 1, (n,); 0 without kinds."""
         groups = self._learner.group(state)
         if groups.counts is None:
             return np.zeros(len(first), dtype=np.intp)

@@ -1,21 +1,21 @@
-"""Tempered sequential Monte Carlo for a posterior with a standard normal prior.
+"""Tempered sequential Monte Carlo for posteriors with a standard normal prior.
 
-Prior draws are moved to the posterior through increasing powers of the likelihood. Each power is as large as possible
-with half of the draws still effective. After each stage, draws are resampled and moved by Metropolis random walks
-scaled to their spread. Discrete hypotheses in the likelihood rule out gradients. The likelihood is estimated with one
-fixed stream of random numbers, so it is a deterministic function of its argument.
+The sampler moves draws from the prior to the posterior through increasing powers of the likelihood. Each power is the
+largest for which the effective sample size is at least half. After each stage, draws are resampled and moved with
+Metropolis random walks that are scaled to their covariance. Gradients are not used, because the likelihood involves
+discrete hypotheses. The likelihood is estimated with common random numbers, so it is a deterministic function.
 """
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import scipy  # scipy.stats takes half a second to import: on first use
+import scipy  # not scipy.stats, which takes half a second to import: it is imported on first use
 from scipy.special import logsumexp
 
 from affordance.arrays import Array
 
-_SHARE = 0.5  # fraction of draws that remain effective at each power of the likelihood
+_SHARE = 0.5  # smallest effective sample size at each stage, as a fraction of the number of draws
 _MOST_STAGES = 100
 
 
@@ -23,13 +23,13 @@ class Draws(NamedTuple):
     """Draws from a posterior.
 
     Attributes:
-        normal: Standard normal arguments, (D, F).
-        log_likelihoods: Log likelihoods of each draw in parts, (D, ...).
-        powers: Power of the likelihood after each stage, (chains, stages); the last is 1, NaN after it.
-        acceptance: Acceptance rate of the moves in each stage, (chains, stages).
-        log_evidence: Log probability density of the data.
-        prior_normal: Prior draws from which the sampler started, (D, F).
-        prior_log_likelihoods: Log likelihoods of these in parts, (D, ...).
+        normal: Draws in standard normal coordinates, (D, F).
+        log_likelihoods: Terms of the log likelihood of each draw, (D, ...).
+        powers: Power of the likelihood after each stage, (chains, stages), up to 1 and then padded with NaN.
+        acceptance: Acceptance rate of the random walks in each stage, (chains, stages).
+        log_evidence: Log marginal likelihood.
+        prior_normal: Prior draws with which the sampler started, (D, F).
+        prior_log_likelihoods: Terms of the log likelihood of each prior draw, (D, ...).
     """
 
     normal: Array
@@ -42,7 +42,7 @@ class Draws(NamedTuple):
 
 
 def draw_prior(count: int, size: int, seed: int) -> Array:
-    """Draws evenly spread standard normal numbers, (count, size) (scrambled Sobol)."""
+    """Draws standard normal numbers from a scrambled Sobol sequence, (count, size)."""
     sobol = scipy.stats.qmc.Sobol(size, rng=np.random.default_rng(seed))
     points = sobol.random_base2(int(np.ceil(np.log2(count))))[:count]
     numbers: Array = scipy.stats.norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9))
@@ -50,10 +50,10 @@ def draw_prior(count: int, size: int, seed: int) -> Array:
 
 
 def sample(compute: Callable[[Array], Array], size: int, *, count: int, moves: int, seed: int) -> Draws:
-    """Draws from the posterior of F parameters.
+    """Samples the posterior of F parameters.
 
     Args:
-        compute: Function from arguments, (D, F), to log likelihoods in parts, (D, ...), which are summed.
+        compute: Function that computes the terms of the log likelihood, (D, ...), for D parameter vectors, (D, F).
         size: Number F of parameters.
         count: Number D of draws.
         moves: Number of random-walk steps after each stage.
@@ -92,7 +92,7 @@ def sample(compute: Callable[[Array], Array], size: int, *, count: int, moves: i
 
 
 def merge(chains: Sequence[Draws]) -> Draws:
-    """Concatenates the draws of independent samplers. The evidence is their mean."""
+    """Concatenates the draws of independent samplers, and averages their evidence."""
     stages = max(each.powers.shape[1] for each in chains)
     powers, acceptance = (
         np.vstack([np.pad(each, ((0, 0), (0, stages - each.shape[1])), constant_values=np.nan) for each in parts])
@@ -112,7 +112,7 @@ def _sum(parts: Array) -> Array:
 
 
 def _find_step(total: Array, most: float) -> float:
-    """Finds the largest step in power, up to ``most``, that keeps enough draws effective, by bisection."""
+    """Finds the largest increase in power, up to ``most``, with enough effective draws, using bisection."""
 
     def count(step: float) -> float:
         weights = np.exp(step * (total - total.max()))

@@ -1,1 +1,1 @@
-"""Pictures of objects, from which features are detected and measured."""
+"""Detection and measurement of visual features in RGB-D images of objects."""

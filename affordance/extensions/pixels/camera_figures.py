@@ -16,13 +16,13 @@ from affordance.extensions.pixels.rgbd import Camera, Picture
 from affordance.extensions.pixels.rig import DEFAULT_RIG
 from affordance.reporting.figures import MARKERS, OBJECT_COLOURS, tidy
 
-# Margin around the object in the part of the picture that is shown, [pixels].
+# Margin around the object in cropped images, [pixels].
 _ROOM = 25
 _TITLE_WIDTH = 150  # [characters]
 
 
 class CameraView(NamedTuple):
-    """Camera's observation of an object, with detection and remark, if any."""
+    """Camera image of an object, with detection and note if there are any."""
 
     title: str
     picture: Picture
@@ -31,7 +31,7 @@ class CameraView(NamedTuple):
 
 
 def draw_camera_views(views: Sequence[CameraView], camera: Camera = DEFAULT_RIG.camera) -> Figure:
-    """Plots one row per observation: picture, depth, parts, and outlines over the picture."""
+    """Plots colour image, depth image, parts, and outlines over the colour image, one row per observation."""
     heights = [2.4, *[2.1] * (len(views) - 1)]  # the first row has the headings
     figure = Figure(figsize=(12.0, sum(heights)))
     rows = figure.subfigures(len(views), 1, squeeze=False, height_ratios=heights)[:, 0]
@@ -69,9 +69,9 @@ def _draw_camera_view(row: NDArray[np.object_], view: CameraView, camera: Camera
 
 
 def _find_window(view: CameraView) -> tuple[slice, slice]:
-    """Finds a window of rows and columns around the object. Without a detection it is the whole picture.
+    """Finds rows and columns of a window around the object, with an aspect ratio of at least 4:3.
 
-    The aspect ratio of the window is at least 4:3.
+    Without a detection, the window is the whole image.
     """
     height, width = view.picture.depth.shape
     if view.detection is None:
@@ -92,8 +92,8 @@ def draw_calibration(*, errors: dict[str, Array], targets: Mapping[str, float], 
 
     Args:
         errors: Absolute relative errors, by feature.
-        targets: Largest allowed median of these errors, by feature.
-        claimed: Errors of predicted masses, in units of their stated standard deviations.
+        targets: Largest allowed median error, by feature.
+        claimed: Errors of predicted masses divided by their estimated standard deviations.
     """
     figure = Figure(figsize=(11.0, 4.4))
     left, right = figure.subplots(1, 2)

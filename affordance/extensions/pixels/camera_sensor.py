@@ -1,8 +1,8 @@
-"""Camera over a stand, which takes pictures of an object from one or two sides.
+"""Camera above a stand that takes images of an object from one or more sides.
 
-The presented object has frame P. This is the frame of its first grip, or T without one. Its axes are renamed so that
-Pz is normal to the plane in which the object lies flat. For the second view the object is turned over about Px. Its
-lowest point always touches the stand, and its pose is known because the hand puts it there.
+P is the frame of the presented object: the frame of its first grip, or T without grips, with axes permuted so that Pz
+is normal to the plane in which the object lies flat. For the second view, the object is turned over about Px. Its
+lowest point touches the stand. Its pose is known because the hand places it there.
 """
 
 import functools
@@ -20,39 +20,38 @@ from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Tool, find_box
 from affordance.vision.features import ComponentFeatures
 
-# Twice the first Kinect's resolution at two thirds of its distance, so that a pixel covers half a millimetre. Lateral
-# noise is constant in pixels, so it is smaller in millimetres by the same factor.
+# Twice the resolution of the first Kinect at two thirds of the distance, so that a pixel covers half a millimetre.
+# Lateral noise is constant in pixels and therefore smaller in millimetres by the same factor.
 TURNING_RIG = Rig(camera=Camera(width=1280, height=960, focal_length=1178.8), height=0.6)
-# Number of noise-free pictures kept, of 3 MB or, on the turning stand, 13 MB each: those of an experiment's objects.
+# Number of cached noise-free images of 3 MB each, or 13 MB on the turning stand. This is enough for an experiment.
 _KEPT = 12
-# Half a turn about Px.
+# Rotation by 180 degrees about Px.
 _TURN = np.diag([1.0, -1.0, -1.0, 1.0])
-# Pz is the axis of the object's least extent, instead of Gz, only if that extent is below this fraction of that along
-# Gz.
+# Pz is the axis of the smallest extent instead of Gz if this extent is below this fraction of the extent along Gz.
 _FLATTER = 0.9
-# Rotations that turn Px upwards (first) and Py upwards (second).
+# Rotations that point Px upwards (first) and Py upwards (second).
 UPRIGHT = (np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
 
 
 class Photograph(NamedTuple):
-    """Picture of a presented object, with the camera's pose X_PC, (4, 4). The stand's depth is in [m]."""
+    """Image of a presented object."""
 
     picture: Picture
-    X_PC: Array
-    stand_depth: float
+    X_PC: Array  # pose of the camera, (4, 4)
+    stand_depth: float  # depth of the stand, [m]
 
 
 class CameraSensor:
-    """Camera for objects on a stand. The camera caches noise-free pictures of the latest appearances."""
+    """Camera for objects on a stand, with a cache of noise-free images."""
 
     def __init__(self, rig: Rig = DEFAULT_RIG) -> None:
-        """Creates a camera for a stand. The camera has the noise of a common camera until ``noise`` is set."""
+        """Creates a camera with the noise of a common RGB-D camera, which can be changed with ``noise``."""
         self.rig = rig
         self.noise = SensorNoise()
         self._renderings: dict[tuple[object, ...], Picture] = {}
 
     def render(self, tool: Tool, rig: Rig | None = None) -> Picture:
-        """Renders a noise-free picture of an object on this stand, or on another rig's."""
+        """Renders a noise-free image of an object with the rig of this camera or another rig."""
         rig = rig or self.rig
         key = (rig, *tool.appearance)
         if key not in self._renderings:
@@ -62,17 +61,17 @@ class CameraSensor:
         return self._renderings[key]
 
     def take_image(self, tool: Tool, rng: np.random.Generator) -> Picture:
-        """Takes a picture of an object, with new noise."""
+        """Takes an image of an object, with new noise."""
         return self.noise.add_to(self.render(tool), self.rig.camera, rng)
 
     def take_pictures(self, tool: Tool, rng: np.random.Generator) -> tuple[Photograph, Photograph]:
-        """Takes a picture of an object from each side, with new noise."""
+        """Takes an image of an object from above and, turned over, from below, with new noise."""
         return self._take_pair(present(tool), self.rig, rng)
 
     def take_sides(self, tool: Tool, rng: np.random.Generator) -> tuple[tuple[Photograph, Photograph], ...]:
-        """Takes pictures of an upright object along each axis of ``UPRIGHT``, from both ends.
+        """Takes images of the upright object from both ends of each axis in ``UPRIGHT``.
 
-        The camera is raised by the object's height. Its poses are given in the rotated frame Q.
+        The camera is raised by the height of the object. Camera poses are in the rotated frame Q.
         """
         pairs = []
         for R in UPRIGHT:
@@ -85,7 +84,7 @@ class CameraSensor:
     def _take_pair(
         self, shown: tuple[Tool, Tool], rig: Rig, rng: np.random.Generator
     ) -> tuple[Photograph, Photograph]:
-        """Takes pictures of an object and of the same object turned over."""
+        """Takes images of an object and of the same object turned over."""
         above, below = (self.noise.add_to(self.render(each, rig), rig.camera, rng) for each in shown)
         return (
             Photograph(above, rig.compute_camera_pose(shown[0]), rig.height),
@@ -93,20 +92,17 @@ class CameraSensor:
         )
 
     def detect_parts(self, picture: Picture) -> Detection:
-        """Detects the parts of the object in a picture. Without parts a SeeingError is raised."""
+        """Detects the parts of the object in an image. A SeeingError is raised if detection fails."""
         return detect_parts(picture, self.rig, self.noise)
 
     def observe(self, tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-        """Measures an object's features from a new picture. Without parts a SeeingError is raised."""
+        """Measures the features of an object in a new image. A SeeingError is raised if detection fails."""
         detection = self.detect_parts(self.take_image(tool, rng))
         return detection.compute_features(self.rig.compute_camera_pose(tool))
 
 
 def find_presented_pose(tool: Tool) -> Array:
-    """Finds the pose X_TP, (4, 4), in which an object is presented.
-
-    The object lies flat, with Pz along its least extent.
-    """
+    """Computes the pose X_TP, (4, 4), in which an object is presented: flat, with Pz along its smallest extent."""
     X_TP = np.array(tool.grips[0].X_TG) if tool.grips else np.eye(4)
     low, high = find_box(_move(tool, np.linalg.inv(X_TP)).components)
     extents = high - low
@@ -117,7 +113,7 @@ def find_presented_pose(tool: Tool) -> Array:
 
 
 def present(tool: Tool, R: Array | None = None) -> tuple[Tool, Tool]:
-    """Returns the object in frame P, and the same object turned over. A rotation R, (3, 3), comes first, if given."""
+    """Returns the object in frame P, rotated by R, (3, 3), if given, and the same object turned over."""
     X = np.eye(4)
     X[:3, :3] = np.eye(3) if R is None else R
     presented = _move(tool, X @ np.linalg.inv(find_presented_pose(tool)))
@@ -129,17 +125,17 @@ def _move(tool: Tool, X: Array) -> Tool:
 
 
 def needs_turning(tool: Tool) -> bool:
-    """Returns True if an object needs two views. Parts other than ellipsoids need two views."""
+    """Returns True if an object needs two views, because some of its parts are not ellipsoids."""
     return not all(isinstance(part.shape, Ellipsoid) for part in tool.components)
 
 
 @functools.lru_cache(maxsize=1)
 def get_camera_sensor() -> CameraSensor:
-    """Returns this process's camera for objects composed of ellipsoids."""
+    """Returns the camera of this process for objects composed of ellipsoids."""
     return CameraSensor()
 
 
 @functools.lru_cache(maxsize=1)
 def get_turning_stand() -> CameraSensor:
-    """Returns this process's camera for objects that are turned over."""
+    """Returns the camera of this process for objects that are turned over."""
     return CameraSensor(TURNING_RIG)

@@ -1,8 +1,8 @@
-"""Builds a solid from columns between an object's surfaces in two opposite views.
+"""Reconstruction of solids as columns between the visible surfaces in two opposite views.
 
-The presented object has frame P, with Pz towards the camera in the first view. Both surfaces are sampled on the same
-grid of vertical columns. If the two ends of a column show different looks, each look gets half of the column. Open
-hollows that are visible from other sides are removed.
+In the frame P of the presented object, Pz points towards the camera of the first view. Both surfaces are sampled on
+the same grid of vertical columns. If the ends of a column have different appearances, each gets half of the column.
+Open hollows that are visible from other sides are removed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,58 +18,55 @@ from affordance.extensions.pixels.segmentation import spread_nearest
 from affordance.extensions.pixels.surface import Surface
 from affordance.objects.array_solids import ColumnSolid
 
-# Distance between columns: the size of a pixel at 0.6 m from a camera 1280 pixels wide, [m].
+# Distance between columns, which equals the size of a pixel at 0.6 m for an image width of 1280 pixels, [m].
 SPACING = 5e-4
 # Margin around the visible surface, [m].
 _ROOM = 5e-3
-# Iterations of the search for the pixel that shows a point; it converges where the ray is steeper than the surface.
+# Number of iterations for finding the pixel of a point. They converge where the ray is steeper than the surface.
 _STEPS = 12
-# Largest distance between a point's projection and the pixel that shows it, [pixels].
+# Largest distance between the projection of a point and its pixel, [pixels].
 _MAX_MISS = 1.5
 # Gaps narrower than this are closed, [columns].
 _GAP = 5
 _UNKNOWN = -1
-# Length of the pieces of a column that are kept or removed, [m].
+# Length of the pieces into which columns are divided for removing hollows, [m].
 _PIECE = 1e-3
-# Nothing is removed within this distance of a surface: two pixels, because outlines and averaged depths can be wrong
-# by one.
+# Thickness of the layer at a surface that is never removed, [m]. These are two pixels, because outlines and averaged
+# depths can be wrong by one pixel.
 _MARGIN = 1e-3
-# Least width of a hollow, and width below which pits are filled first, [m]. Depth averaged at an edge includes that
-# of the background, which looks like a pit.
+# Smallest width of a hollow, and width below which pits are filled first, [m]. Averaged depth at an edge includes the
+# background and looks like a pit.
 _WIDTH, _RIM = 0.01, 4e-3
 
 
 class View(NamedTuple):
-    """View of the object: surface, look of each pixel, and camera. The camera has the pose X_PC, (4, 4).
-
-    Labels have the surface's shape, (height, width), and are -1 for pixels without a look.
-    """
+    """View of the object: visible surface, appearance of each pixel, and camera."""
 
     surface: Surface
-    labels: Labels
+    labels: Labels  # index of each pixel's appearance, (height, width), or -1
     camera: Camera
-    X_PC: Array
+    X_PC: Array  # pose of the camera, (4, 4)
 
 
 class Sheet(NamedTuple):
-    """Surface sampled on the grid: mask, height [m] and index of the look, each (rows, columns)."""
+    """Visible surface sampled on the grid, (rows, columns)."""
 
-    there: Mask
-    height: Array
-    label: Labels
+    there: Mask  # True where the object is visible
+    height: Array  # [m]
+    label: Labels  # index of the appearance
 
 
 class Side(NamedTuple):
-    """Views along Qz in both directions, with the cameras' poses in frame Q. The rotation R_QP is (3, 3)."""
+    """Views along Qz in both directions."""
 
-    R_QP: Array
-    views: tuple[View, View]
+    R_QP: Array  # (3, 3)
+    views: tuple[View, View]  # with camera poses in frame Q
 
 
 def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
-    """Builds the solid of each look in P from two opposite views. Keys are indices of looks."""
+    """Builds the solid of each appearance in frame P from two opposite views, by index of the appearance."""
     x, y, sheets = find_sheets([above, below])
-    # The two views may disagree at the outline: a column that only one of them shows has half the area.
+    # The views can disagree at the outline. A column that is visible in only one of them has half the area.
     share = 0.5 * (sheets[0].there.astype(float) + sheets[1].there)
     top, bottom = (spread_nearest(sheet.height, sheet.there) for sheet in sheets)
     labels = [spread_nearest(sheet.label, sheet.there) for sheet in sheets]
@@ -77,17 +74,16 @@ def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
 
 
 def find_sheets(views: Sequence[View]) -> tuple[Array, Array, list[Sheet]]:
-    """Samples the surfaces of views along one axis on a grid.
+    """Samples the visible surfaces of several views along one axis on a common grid.
 
-    Returns:
-        The grid's x, (columns,), and y, (rows,), [m], and the sampled surface of each view.
+    Returns: Coordinates x, (columns,), and y, (rows,), of the grid, [m], and the sampled surface of each view.
     """
     x, y = _lay_grid(views)
     return x, y, [_look_up(view, x, y) for view in views]
 
 
 def _lay_grid(views: Sequence[View]) -> tuple[Array, Array]:
-    """Computes the positions of the columns along Px and Py, (columns,) and (rows,), [m]."""
+    """Computes the grid coordinates along Px, (columns,), and Py, (rows,), [m]."""
     points = []
     for view in views:
         rows, columns = np.nonzero(view.surface.mask)
@@ -100,9 +96,9 @@ def _lay_grid(views: Sequence[View]) -> tuple[Array, Array]:
 
 
 def _look_up(view: View, x: Array, y: Array) -> Sheet:
-    """Finds the pixel of each column's end.
+    """Samples the surface of a view at each grid point.
 
-    A point at (x, y) with depth z is seen at pixel f (x, y) / z; the depth at that pixel improves z, and so on.
+    The depth z of a grid point (x, y) is found by fixed-point iteration: it is looked up at the pixel f (x, y) / z.
     """
     X_CP = np.linalg.inv(view.X_PC)
     px, py = np.meshgrid(x, y)
@@ -119,10 +115,10 @@ def _look_up(view: View, x: Array, y: Array) -> Sheet:
     columns = np.clip(np.rint(f * cx / z + centre[0]).astype(np.intp), 0, width - 1)
     rows = np.clip(np.rint(f * cy / z + centre[1]).astype(np.intp), 0, height - 1)
     found = surface.depth[rows, columns]
-    # If a surface is steeper than the view there may be no such pixel, or several, and the search oscillates.
+    # If a surface is steeper than the ray, there can be no such pixel or several, and the iteration oscillates.
     missed = np.maximum(np.abs(f * cx / found + centre[0] - columns), np.abs(f * cy / found + centre[1] - rows))
     sure = surface.mask[rows, columns] & (missed <= _MAX_MISS)
-    # Columns between those that are certain also belong to the object.
+    # Small gaps between certain columns also belong to the object.
     there = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_GAP, _GAP), np.uint8)).astype(bool)
     heights = spread_nearest(view.X_PC[2, 2] * found + view.X_PC[2, 3], sure)
     return Sheet(there, heights, spread_nearest(view.labels[rows, columns], sure))
@@ -131,7 +127,16 @@ def _look_up(view: View, x: Array, y: Array) -> Sheet:
 def collect_columns(
     x: Array, y: Array, *, share: Array, bottom: Array, top: Array, labels: Sequence[Labels]
 ) -> dict[int, ColumnSolid]:
-    """Collects the columns of each look. In a column with two looks, the first has the upper half."""
+    """Collects the columns of each appearance.
+
+    Args:
+        x: Grid coordinates along Px, [m].
+        y: Grid coordinates along Py, [m].
+        share: Fraction of each column's area that belongs to the object, (rows, columns).
+        bottom: Lower end of each column, (rows, columns), [m].
+        top: Upper end, (rows, columns), [m].
+        labels: Appearance of the upper and of the lower half of each column, (rows, columns) each.
+    """
     px, py = np.meshgrid(x, y)
     middle = 0.5 * (bottom + top)
     standing = (share > 0.0) & (top > bottom)
@@ -151,17 +156,17 @@ def collect_columns(
 
 
 class _Pieces(NamedTuple):
-    """Columns cut into N pieces. A piece has column, (N,), middle, (N, 3), and lower and upper end, (N, 2)."""
+    """N pieces of columns."""
 
-    owner: NDArray[np.intp]
-    middle: Array
-    ends: Array
+    owner: NDArray[np.intp]  # index of the column, (N,)
+    middle: Array  # (N, 3), [m]
+    ends: Array  # lower and upper end, (N, 2), [m]
 
 
 def carve(solids: Mapping[int, ColumnSolid], sides: Sequence[Side]) -> dict[int, ColumnSolid]:
-    """Removes open, wide hollows, which other views show, from the solids.
+    """Removes wide open hollows that are visible in other views from solids in P.
 
-    Solids are in P, and never removed completely.
+    No solid is removed completely.
     """
     pieces = {number: _cut(solid) for number, solid in solids.items()}
     points = np.concatenate([each.middle for each in pieces.values()])
@@ -176,10 +181,7 @@ def carve(solids: Mapping[int, ColumnSolid], sides: Sequence[Side]) -> dict[int,
 
 
 def _find_hollow(side: Side, points: Array) -> Mask:
-    """Finds points of the solids, (N, 3) in P, in an open hollow.
-
-    The hollow is open to one end of the side's axis.
-    """
+    """Finds points in P, (N, 3), inside hollows that are open towards either end of the viewing axis, (N,)."""
     x, y, sheets = find_sheets(side.views)
     there = sheets[0].there | sheets[1].there
     p = side.R_QP @ points.T
@@ -192,7 +194,7 @@ def _find_hollow(side: Side, points: Array) -> Mask:
         beyond = sign * p[2] > height[rows, columns] + _MARGIN
         empty = np.zeros(there.shape, np.uint8)
         empty[rows[beyond], columns[beyond]] = 1
-        # Neighbouring pieces are up to two grid cells apart.
+        # Neighbouring pieces can be two grid cells apart.
         filled = cv2.morphologyEx(empty, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
         wide = cv2.morphologyEx(filled, cv2.MORPH_OPEN, _build_square(_WIDTH))
         hollow |= beyond & wide[rows, columns].astype(bool)
@@ -200,7 +202,7 @@ def _find_hollow(side: Side, points: Array) -> Mask:
 
 
 def _build_square(width: float) -> NDArray[np.uint8]:
-    """Builds the mask of a square of a given width, [m]."""
+    """Builds a square structuring element of a given width, [m]."""
     length = 2 * round(0.5 * width / SPACING) + 1
     return np.ones((length, length), np.uint8)
 
@@ -216,7 +218,7 @@ def _cut(solid: ColumnSolid) -> _Pieces:
 
 
 def _join(solid: ColumnSolid, pieces: _Pieces, kept: Mask) -> ColumnSolid:
-    """Joins the remaining pieces. Adjacent pieces of a column become one column."""
+    """Merges adjacent remaining pieces of each column."""
     if kept.all() or not (kept & (np.diff(pieces.ends)[:, 0] > 0.0)).any():
         return solid
     joined = kept[1:] & kept[:-1] & (pieces.owner[1:] == pieces.owner[:-1])

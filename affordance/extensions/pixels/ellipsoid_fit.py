@@ -1,14 +1,14 @@
-"""Fits an ellipsoid to its visible near half, with an estimate of uncertainty.
+"""Ellipsoid fit to the visible surface of a part, with covariance.
 
-An ellipsoid is given by its centre c and its shape matrix S = R diag(a^2) R^T, for semi-axes a: the points p with
-(p - c)^T A (p - c) = 1, A = S^-1. The picture determines it in two ways. Along the ray d of a pixel its depth t is
-the smaller root of
+An ellipsoid with centre c, semi-axes a and shape matrix S = R diag(a^2) R^T consists of the points p with
+(p - c)^T A (p - c) = 1, A = S^-1. Along the ray d of a pixel, its depth t is the smaller root of
 
     alpha t^2 - 2 beta t + gamma = 0,    alpha = d^T A d,  beta = d^T A c,  gamma = c^T A c - 1
 
-and its outline is where the roots coincide: d^T Q d = 0 with Q = A c c^T A - gamma A. The fitted quantity is a small
-affine deformation of an ellipsoid, x -> x + d + E (x - c) with E symmetric: nine numbers that are meaningful for
-every shape, even a ball, whose axes have no direction of their own. Frame C throughout.
+At the outline both roots coincide: d^T Q d = 0 with Q = A c c^T A - gamma A. Depth and outline are fitted. The nine
+fitted parameters describe a small affine deformation of an initial ellipsoid, x -> x + d + E (x - c) with symmetric
+E. These parameters are well-defined for all shapes, including a sphere, whose axes are arbitrary. All vectors are in
+the camera frame C.
 """
 
 from dataclasses import dataclass
@@ -22,72 +22,70 @@ from affordance.extensions.pixels.rgbd import Camera
 from affordance.extensions.pixels.sensor_noise import SensorNoise
 
 NUM_NUMBERS = 9
-# Readings at larger surface angles are ignored in favour of the outline, because noise and slope grow there, [rad].
+# Largest surface angle of depth readings, [rad]. Noise and slope increase towards the outline, which is fitted
+# instead.
 _MAX_ANGLE = np.radians(65.0)
-# Readings whose error exceeds this number of standard deviations are rejected.
+# Largest error of a depth reading in standard deviations. Readings with larger errors are outliers.
 _MAX_DEVIATION = 4.0
-# Log-normal prior of the sizes of hand-held objects: median 5 cm, within a factor of two with probability 0.68; it
-# matters only where the picture is uninformative.
+# Log-normal prior of sizes of hand-held objects: median 5 cm, and within a factor of two with probability 0.68. It
+# matters only if the image is uninformative.
 _PRIOR_SIZE, _PRIOR_LOG_SD = 0.05, 0.7
 _ROUNDS = 3
-_FIRST_SD = 2e-3  # SD of a reading before the angles are known, [m]
-_LEAST_SD = 1e-5  # least SD of a reading, even from a perfect sensor, because of rounding, [m]
-_GRAZING = 0.05  # least cosine between ray and normal that derivatives use
-_SCALES = np.array([1e-2] * 3 + [0.1] * 6 + [1.0])  # scales of displacements [m], strains and the outline's shift
-_NUM_PRIORS = 4  # number of residuals from priors: three sizes, and the outline's shift
-# Standard deviation of the shift of the outline by sensor noise, [pixels]. Over discs of 10 to 70 pixels' radius the
-# shift is 0.03 to 0.09 where the model predicts 0.07, and rods 20 pixels wide are then measured 0.1 pixel too wide
-# (docs/decisions/0015-vision-from-pixels.md).
+_FIRST_SD = 2e-3  # SD of a depth reading in the first round, before surface angles are known, [m]
+_LEAST_SD = 1e-5  # smallest SD of a depth reading, due to rounding, [m]
+_GRAZING = 0.05  # smallest cosine between ray and normal in derivatives
+_SCALES = np.array([1e-2] * 3 + [0.1] * 6 + [1.0])  # scales of displacements, [m], strains, and shift of the outline
+_NUM_PRIORS = 4  # number of residuals from priors: three sizes, and shift of the outline
+# Prior SD of the shift of the outline due to sensor noise, [pixels]. For discs with radii of 10 to 70 pixels, the
+# shift is 0.03 to 0.09, and the model predicts 0.07. Rods with a width of 20 pixels are then measured 0.1 pixel too
+# wide (docs/decisions/0015-vision-from-pixels.md).
 _SHIFT_SD = 0.05
 # Row and column of xx, yy, zz, xy, xz, yz in a symmetric matrix.
 INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-# Least ratio of the squared axes of the initial ellipsoid: the thickness is at least a thousandth of the length.
+# Smallest ratio of the squared axes of the initial ellipsoid.
 _LEAST_RATIO = 1e-6
 
 
 class UndeterminedError(Exception):
-    """Error for measurements that determine no ellipsoid. Callers with the picture raise a NoFitError instead."""
+    """Error for measurements that do not determine an ellipsoid. Callers convert it to a NoFitError."""
 
 
 class SeenEllipsoid(NamedTuple):
-    """Ellipsoid in the camera's frame: centre p_CEo, (3,), [m], and S = R diag(a^2) R^T, (3, 3), [m^2]."""
+    """Ellipsoid in the camera frame."""
 
-    centre: Array
-    shape_matrix: Array
+    centre: Array  # p_CEo, (3,), [m]
+    shape_matrix: Array  # S = R diag(a^2) R^T, (3, 3), [m^2]
 
 
 class Fit(NamedTuple):
-    """Most probable ellipsoid, covariance of ``deform``'s numbers, (9, 9), and misfit.
+    """Fitted ellipsoid with its covariance."""
 
-    The misfit is the mean square of the residuals in standard deviations, about 1 for an ellipsoid.
-    """
-
-    ellipsoid: SeenEllipsoid
-    covariance: Array
-    misfit: float
+    ellipsoid: SeenEllipsoid  # most probable ellipsoid
+    covariance: Array  # of the parameters of ``deform``, (9, 9)
+    misfit: float  # mean square of the standardised residuals, about 1 if the part is an ellipsoid
 
 
 class PartView(NamedTuple):
-    """Measurements of an ellipsoid in a picture: depths, (N,), [m], pixels, and outline.
+    """Measurements of a part in an image. Pixel coordinates are column and row."""
 
-    Pixels are (N, 2), the outline is (K, 2).
-
-    Pixels and points of the outline are given as column and row.
-    """
-
-    pixels: Array
-    depth: Array
-    outline: Array
+    pixels: Array  # (N, 2)
+    depth: Array  # depth at these pixels, (N,), [m]
+    outline: Array  # points of the outline, (K, 2), [pixels]
 
 
 def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
-    """Moves and deforms an ellipsoid by d, [m], and E, together (9,). E is (xx, yy, zz, xy, xz, yz)."""
+    """Moves and deforms an ellipsoid.
+
+    Args:
+        ellipsoid: Ellipsoid.
+        numbers: Displacement d, [m], and strain E as (xx, yy, zz, xy, xz, yz), together (9,).
+    """
     stretch = np.eye(3) + build_symmetric(numbers[3:9])
     return SeenEllipsoid(ellipsoid.centre + numbers[:3], stretch @ ellipsoid.shape_matrix @ stretch)
 
 
 def express_fit(fit: Fit, X_TC: Array) -> Fit:
-    """Expresses a fit in another frame T, given the pose X_TC, (4, 4)."""
+    """Transforms a fit to another frame T, given the pose X_TC, (4, 4)."""
     R = X_TC[:3, :3]
     turn = np.zeros((NUM_NUMBERS, NUM_NUMBERS))
     turn[:3, :3] = R
@@ -99,17 +97,15 @@ def express_fit(fit: Fit, X_TC: Array) -> Fit:
 
 
 class Sighting(NamedTuple):
-    """Intersections of N rays with an ellipsoid.
+    """Intersections of N rays with the near side of an ellipsoid.
 
-    Depth, (N,), [m], and points, (N, 3), [m], are on the near side. For a ray outside the outline, they belong to its
-    point closest to the ellipsoid. Normals A (p - c), (N, 3), [1/m], point outwards and are not normalised. The
-    outline distance, (N,), [pixels], is each ray's distance inside the outline, to first order.
+    For rays outside the outline, results are for the point that is closest to the ellipsoid.
     """
 
-    depth: Array
-    points: Array
-    normals: Array
-    outline_distance: Array
+    depth: Array  # (N,), [m]
+    points: Array  # (N, 3), [m]
+    normals: Array  # outward normals A (p - c), not normalised, (N, 3), [1/m]
+    outline_distance: Array  # distance of each ray inside the outline, to first order, (N,), [pixels]
 
 
 def trace_rays(ellipsoid: SeenEllipsoid, rays: Array, focal_length: float) -> Sighting:
@@ -127,11 +123,14 @@ def trace_rays(ellipsoid: SeenEllipsoid, rays: Array, focal_length: float) -> Si
 
 
 def differentiate_surface(start: SeenEllipsoid, numbers: Array, g: Array) -> Array:
-    """Differentiates F = (p - c)^T A (p - c) - 1 with respect to the numbers of ``deform``.
+    """Differentiates F = (p - c)^T A (p - c) - 1 with respect to the parameters of ``deform``, (N, 9).
 
-    Points p are given by their normals g = A (p - c).
+    With S = (I + E) S_0 (I + E), the differential is dF = -2 g^T dc - g^T dS g.
 
-    With S = (I + E) S_0 (I + E):  dF = -2 g^T dc - g^T dS g, (N, 9).
+    Args:
+        start: Ellipsoid before deformation.
+        numbers: Parameters of the deformation, (9,).
+        g: Normals A (p - c) at N points, (N, 3), [1/m].
     """
     h = g @ (np.eye(3) + build_symmetric(numbers[3:9])) @ start.shape_matrix
     strains = [g[:, i] * h[:, j] + (g[:, j] * h[:, i] if i != j else 0.0) for i, j in INDICES]
@@ -139,13 +138,14 @@ def differentiate_surface(start: SeenEllipsoid, numbers: Array, g: Array) -> Arr
 
 
 def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
-    """Estimates an initial ellipsoid from moments of the readings. The ellipsoid is taken to be far away.
+    """Estimates an initial ellipsoid from moments of the depth readings, assuming parallel rays.
 
-    The covariance of a disc's points (x, y) is a quarter of the shape matrix's block. Over the disc the near side is
-    the plane through the rim, linear in x and y, minus c sqrt(1 - r^2), which has mean 2 c / 3 and variance c^2 / 18.
+    The covariance of the points (x, y) of a disc is a quarter of the corresponding block of the shape matrix. The
+    near side is a plane through the outline minus c sqrt(1 - r^2), which has mean 2 c / 3 and variance c^2 / 18 over
+    the disc.
 
     Raises:
-        UndeterminedError: The readings lie on a line.
+        UndeterminedError: The readings are collinear.
     """
     points = camera.compute_rays(view.pixels) * view.depth[:, None]
     mean = points.mean(axis=0)
@@ -157,7 +157,7 @@ def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
         raise UndeterminedError(f"{len(xy)} readings of a part lie on a line, must cover an area")
     slope = np.linalg.lstsq(xy, z)[0]
     depth = np.sqrt(18.0 * max((z - xy @ slope).var(), 1e-8))
-    # The variance includes the readings' noise: the thickness is limited to three times the width.
+    # The variance includes sensor noise, so the thickness is limited to three times the width.
     depth = min(depth, 3.0 * np.sqrt(most))
     S[2, :2] = S[:2, 2] = S[:2, :2] @ slope
     S[2, 2] = depth**2 + slope @ S[:2, :2] @ slope
@@ -165,9 +165,9 @@ def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
 
 
 def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid to measurements from a picture. The fit needs at least as many readings as fitted numbers.
+    """Fits an ellipsoid to measurements of a part.
 
-    Readings are weighted by the sensor's noise at the surface angles of the fit, which takes a few iterations.
+    Depth readings are weighted with the sensor noise at the surface angles of the previous fit, in several rounds.
 
     Raises:
         UndeterminedError: The measurements do not determine an ellipsoid.
@@ -182,7 +182,7 @@ def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
 
 
 def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid like ``fit_ellipsoid``. A singular matrix raises a LinAlgError."""
+    """Fits an ellipsoid like ``fit_ellipsoid``, but raises a LinAlgError for singular matrices."""
     rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
     ellipsoid = guess(view, camera)
     used, sd, bias = np.ones(len(rays), dtype=bool), np.full(len(rays), _FIRST_SD), np.zeros(len(rays))
@@ -193,7 +193,7 @@ def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
             problem.compute_residuals,
             np.zeros(NUM_NUMBERS + 1),
             problem.compute_jacobian,
-            method="lm",  # MINPACK: it starts no threads, which would cost more time than they save
+            method="lm",  # MINPACK does not start threads, which would slow down the fit
             x_scale=_SCALES,
             xtol=1e-6,
             ftol=1e-6,
@@ -219,9 +219,10 @@ def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
 
 
 def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral_sd: Array, camera: Camera) -> Array:
-    """Computes the mean excess depth, (N,), [m], due to lateral noise on a curved surface.
+    """Computes the bias of depth readings due to lateral noise on a curved surface, (N,), [m].
 
-    The mean over a two-dimensional normal distribution equals that over four points at sqrt(2) SD, to third order.
+    The mean over a two-dimensional normal distribution is approximated by the mean over four points at sqrt(2) SD,
+    which is exact to third order.
     """
     neighbours = [
         trace_rays(ellipsoid, camera.compute_rays(pixels + lateral_sd[:, None] * step), camera.focal_length).depth
@@ -232,25 +233,22 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
 
 @dataclass
 class _Problem:
-    """Residuals of depth, outline and priors for a deformed ellipsoid. Residuals are in standard deviations.
-
-    Depth readings are taken along ``rays``; ``rim`` has the rays to points of the outline.
-    """
+    """Standardised residuals of depth, outline and priors for a deformed ellipsoid."""
 
     start: SeenEllipsoid
-    rays: Array
+    rays: Array  # rays of depth readings, (N, 3)
     depth: Array
     sd: Array
-    rim: Array
+    rim: Array  # rays to points of the outline, (K, 3)
     noise: SensorNoise
     focal_length: float
 
     def __post_init__(self) -> None:
-        """Computes quantities that stay constant during the fit."""
+        """Computes the constant derivatives of priors."""
         self.rim_shift, self.rim_sd = self.noise.outline_shift, self.noise.outline_sd
         squares, axes = np.linalg.eigh(self.start.shape_matrix)
         self.log_sizes = 0.5 * np.log(squares)
-        # To first order a size changes by the factor 1 + u^T E u, where u is the direction of its axis.
+        # To first order, a size with axis direction u changes by the factor 1 + u^T E u.
         self.prior = np.zeros((_NUM_PRIORS, NUM_NUMBERS + 1))
         for column, (i, j) in enumerate(INDICES):
             self.prior[:3, 3 + column] = axes[i] * axes[j] * (1.0 if i == j else 2.0) / _PRIOR_LOG_SD
@@ -259,7 +257,8 @@ class _Problem:
     def compute_residuals(self, numbers: Array) -> Array:
         """Computes the residuals, (N + K + 4,).
 
-        The numbers, (10,), are the numbers of ``deform``, and the outline's shift in units of its SD.
+        Args:
+            numbers: Parameters of ``deform``, and shift of the outline divided by its SD, (10,).
         """
         ellipsoid = deform(self.start, numbers[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, self.rays, self.focal_length)
@@ -271,14 +270,11 @@ class _Problem:
         return np.concatenate([(seen.depth - self.depth) / self.sd, in_outline, prior])
 
     def compute_jacobian(self, numbers: Array) -> Array:
-        """Computes the residuals' derivatives, (N + K + 4, 10).
-
-        The derivatives are of first order in the distance to the outline.
-        """
+        """Computes the derivatives of the residuals, (N + K + 4, 10), to first order in distances to the outline."""
         ellipsoid = deform(self.start, numbers[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, self.rays, self.focal_length)
         facing = np.einsum("ni,ni->n", seen.normals, self.rays)
-        # At the outline the derivative of depth is infinite, so a ray that just misses is treated as a grazing one.
+        # The derivative of depth is infinite at the outline, so the angle between ray and surface is limited.
         facing = np.minimum(facing, -_GRAZING * np.linalg.norm(seen.normals, axis=1))
         surface = differentiate_surface(self.start, numbers, seen.normals)
         J = np.zeros((len(self.rays) + len(self.rim) + _NUM_PRIORS, NUM_NUMBERS + 1))
@@ -289,7 +285,7 @@ class _Problem:
         return J
 
     def _differentiate_outline(self, ellipsoid: SeenEllipsoid, numbers: Array) -> Array:
-        """Differentiates the distances to the outline. The least F along a ray is -(d^T Q d) / alpha."""
+        """Differentiates the distances to the outline, using the minimum of F along a ray, -(d^T Q d) / alpha."""
         A, rays = np.linalg.inv(ellipsoid.shape_matrix), self.rim
         Ac, Ad = A @ ellipsoid.centre, rays @ A
         alpha, beta = np.einsum("ni,ni->n", Ad, rays), rays @ Ac

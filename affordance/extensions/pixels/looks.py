@@ -1,10 +1,9 @@
-"""Segments views of an object into regions of one material, by colour.
+"""Segmentation of images of an object into regions of one material, by colour.
 
-Materials of different tint are separated by tint, which does not change with shading. Within one tint, materials are
-separated by lightness, because grey rubber, steel and aluminium differ in nothing else. Near edges lightness depends
-on shading rather than material, so a darker or lighter area counts as a material of its own only if it is several
-pixels wide. Areas that are too narrow or too small are assigned to their neighbours, and every object has at least
-one region.
+Materials are first separated by tint (CIELAB a*, b*), which does not change with shading. Within a tint, they are
+separated by lightness, because grey rubber, steel and aluminium differ only in lightness. Near edges, lightness
+depends on shading. A darker or lighter area is therefore a separate material only if it is several pixels wide.
+Narrow or small areas are assigned to their neighbours.
 """
 
 from collections.abc import Sequence
@@ -19,22 +18,22 @@ from affordance.extensions.pixels.segmentation import find_mode, keep_large, spr
 from affordance.extensions.pixels.surface import Surface
 from affordance.objects.colour import Colour, compute_tints, convert_to_lab
 
-# Tints further apart than this belong to two materials: colours ten units apart differ visibly, [CIELAB].
+# Largest distance between tints of one material, [CIELAB]. Colours that differ by ten units are visibly different.
 _TINT_RADIUS = 10.0
-# Largest deviation of lightness within a well-lit face of one material, [CIELAB]: half of the difference between cast
-# iron and polished steel, or between polished steel and aluminium.
+# Largest deviation of lightness within a well-lit face of one material, [CIELAB]. It is half of the difference
+# between cast iron and polished steel, or between polished steel and aluminium.
 _LIGHTNESS_RADIUS = 9.0
-# Bin width of the histogram in which the most frequent lightness is found, [CIELAB].
+# Bin width of the lightness histogram, [CIELAB].
 _LIGHTNESS_BIN = 2.0
-# Widths below which a strip is a mixture of colours between two materials, and an area a shaded edge, [pixels].
+# Narrower strips are mixed colours between two materials, and narrower areas are shaded edges, [pixels].
 _STRIP, _EDGE = 5, 9
-# Least number of pixels of a region before it grows, and least fraction of all pixels for a tint.
+# Smallest number of pixels of a seed region, and smallest fraction of all pixels for a tint.
 _MIN_SEED, _MIN_SHARE = 60, 0.004
 _MIN_LIT_SEED = 100
-# Distance from the outline beyond which pixels show nothing of the stand, [pixels].
+# Distance from the outline beyond which pixel colours are not mixed with the stand, [pixels].
 _CORE = 3.0
-# Errors of a colour measured over a region, in addition to the spread within it, as standard deviations, [CIELAB]: in
-# any direction, and of lightness because of the slope of the surface (docs/decisions/0015-vision-from-pixels.md).
+# Standard deviation of errors of a measured colour in each direction, and additional standard deviation of lightness
+# due to the slope of the surface, [CIELAB] (docs/decisions/0015-vision-from-pixels.md).
 COLOUR_SD, LIGHTNESS_SD = 0.7, 3.0
 # Ratio of a normal distribution's standard deviation to the distance between its quartiles.
 _PER_QUARTILES = 1.0 / 1.349
@@ -42,24 +41,21 @@ _UNKNOWN = -1
 
 
 class Look(NamedTuple):
-    """Colour of a part in full light, in [0, 1], with the SD of its lightness, [CIELAB]."""
+    """Colour of a part under full illumination."""
 
-    colour: Colour
-    lightness_sd: float
+    colour: Colour  # in [0, 1]
+    lightness_sd: float  # standard deviation of lightness, [CIELAB]
 
 
 class Looks(NamedTuple):
-    """Looks of an object, with the index of each pixel's look in each view.
-
-    The index is -1 for no look, (height, width).
-    """
+    """Appearances of the parts of an object."""
 
     looks: tuple[Look, ...]
-    labels: tuple[Labels, ...]
+    labels: tuple[Labels, ...]  # index of each pixel's appearance in each view, (height, width), or -1
 
 
 def find_looks(surfaces: Sequence[Surface]) -> Looks:
-    """Finds the looks of an object from all its views together."""
+    """Segments all views of an object together, and measures the colour of each region."""
     tint_labels = _label_tints(surfaces)
     maps = [np.full(surface.mask.shape, _UNKNOWN, dtype=np.int32) for surface in surfaces]
     count = 0
@@ -76,7 +72,7 @@ def find_looks(surfaces: Sequence[Surface]) -> Looks:
 
 
 def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
-    """Labels the tint of each pixel in each view. Pixels outside the object are -1."""
+    """Labels pixels by tint in each view, with -1 outside the object."""
     tints = [compute_tints(surface.colour) for surface in surfaces]
     modes = _find_modes(np.concatenate([tint[_find_core(s)] for tint, s in zip(tints, surfaces, strict=True)]))
     result = []
@@ -90,7 +86,7 @@ def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
 
 
 def _find_modes(tints: Array) -> list[Array]:
-    """Finds the most frequent tints, (2,) each, of pixels, (N, 2). Returns at least one."""
+    """Finds the modes, (2,) each, of the tints of pixels, (N, 2); at least one."""
     left = np.ones(len(tints), dtype=bool)
     modes: list[Array] = []
     while left.sum() >= max(_MIN_SEED, _MIN_SHARE * len(tints)) or not modes:
@@ -104,7 +100,7 @@ def _find_modes(tints: Array) -> list[Array]:
 
 
 def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> list[Labels]:
-    """Labels pixels of one tint by lightness, from 0, in each view. Labels are valid within the regions only."""
+    """Labels pixels of one tint by lightness in each view, from 0. Labels are valid only within the regions."""
     lightness = [convert_to_lab(surface.colour)[..., 0] for surface in surfaces]
     lit = [surface.lit & region for surface, region in zip(surfaces, regions, strict=True)]
     pool = np.concatenate([values[mask] for values, mask in zip(lightness, lit, strict=True)])
@@ -131,20 +127,20 @@ def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) ->
 
 
 def _find_core(surface: Surface) -> Mask:
-    """Finds pixels that show only the object. The pixels are well-lit if there are enough of these."""
+    """Finds well-lit pixels away from the outline or, if there are too few, all pixels of the object."""
     distance = cv2.distanceTransform(surface.mask.astype(np.uint8), cv2.DIST_L2, 5)
     core = surface.lit & (distance >= _CORE)
     return core if core.sum() >= _MIN_SEED else surface.mask
 
 
 def _open(mask: Mask, side: int, least: int) -> Mask:
-    """Returns the wide pieces of a mask with at least ``least`` pixels. The pieces are at least as wide as a disc."""
+    """Removes pieces of a mask that are narrower than ``side`` or have fewer than ``least`` pixels."""
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     return keep_large(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), least)[0]
 
 
 def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
-    """Assigns every pixel of a mask its nearest seed's label. Pieces without a seed keep the fallback."""
+    """Assigns the label of the nearest seed to each pixel of a mask, or the fallback in pieces without a seed."""
     count, pieces = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
     seeded = np.zeros(count, dtype=bool)
     seeded[np.unique(pieces[seeds != _UNKNOWN])] = True
@@ -154,7 +150,7 @@ def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
 
 
 def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:
-    """Measures the colour of a region over all views. A large well-lit interior is preferred."""
+    """Measures the colour of a region over all views, in its well-lit interior if that is large enough."""
     inner = [
         cv2.erode(region.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool) & surface.lit
         for surface, region in zip(surfaces, regions, strict=True)

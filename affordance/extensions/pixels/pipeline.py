@@ -1,4 +1,4 @@
-"""Detects an object's parts in a picture on the stand, and measures them."""
+"""Detection and measurement of the parts of an object in an image."""
 
 from typing import NamedTuple
 
@@ -25,39 +25,38 @@ from affordance.objects.colour import Colour
 from affordance.objects.inertia import Ellipsoid
 from affordance.vision.features import ComponentFeatures
 
-# Standard deviation of a measured colour in each direction of CIELAB. Colours of the objects of `run_experiments.py
-# vision` have a median error of 0.3 (colour_error_median); for slender parts, whose normals are less certain, it is
-# 1.2.
+# Standard deviation of a measured colour in each direction of CIELAB. The median error of objects in
+# `run_experiments.py vision` is 0.3 (colour_error_median), and 1.2 for slender parts, whose normals are less certain.
 COLOUR_SD = 0.7
-# Largest mean square of the residuals that one ellipsoid may have: over thousands of readings it is 1.0 to 1.2.
+# Largest misfit of an ellipsoid. Typical values for thousands of readings are 1.0 to 1.2.
 MAX_MISFIT = 1.5
-# Least visible fraction of a part: with less than a half its far end would have to be guessed.
+# Smallest visible fraction of a part. With less than one half, the shape of the hidden end is unknown.
 MIN_SHOWN = 0.5
-# Number of readings above which a part's fit uses only every second or third. More readings would only cost time:
-# from about a thousand on, the outline determines the accuracy.
+# Largest number of depth readings per fit; denser readings are thinned out. Beyond about a thousand readings, the
+# outline determines the accuracy.
 MAX_READINGS = 3000
-# Distance from another part within which an outline may be that part's, [pixels].
+# Points of an outline within this distance of another part can belong to that part, [pixels].
 _BORDER = 3
 
 
 class Detection(NamedTuple):
-    """Detected parts in a picture, each with ellipsoid and colour. The ellipsoid is in the camera's frame."""
+    """Detected parts in an image."""
 
     segmentation: Segmentation
-    fits: tuple[Fit, ...]
-    colours: tuple[Colour, ...]
+    fits: tuple[Fit, ...]  # ellipsoid of each part in the camera frame
+    colours: tuple[Colour, ...]  # colour of each part
 
     def compute_features(self, X_TC: Array) -> tuple[ComponentFeatures, ...]:
-        """Computes the features in the held object's frame T, given X_TC, (4, 4). X_TC is the camera's pose."""
+        """Computes the features in the object frame T, given the pose of the camera, X_TC, (4, 4)."""
         return tuple(describe_part(fit, colour, X_TC) for fit, colour in zip(self.fits, self.colours, strict=True))
 
 
 def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
-    """Detects the parts of the object in a picture, with their ellipsoids and colours.
+    """Detects the parts of the object in an image, and fits an ellipsoid and colour to each part.
 
     Raises:
-        SeeingError: Parts cannot be detected (see ``segment``), a part is hidden by another (HiddenPartError), or a
-            visible surface is no ellipsoid (NoFitError).
+        SeeingError: Segmentation fails (see ``segment``), a part is occluded (HiddenPartError), or a visible surface
+            is not an ellipsoid (NoFitError).
     """
     segmentation = segment(picture, rig.height, noise)
     fits, colours = [], []
@@ -77,7 +76,7 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
 
 
 def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> PartView:
-    """Collects a part's depth readings and free outline. Free points do not border on another part."""
+    """Collects the depth readings of a part, and its outline except at borders with other parts."""
     mask = segmentation.labels == number
     window = find_window(mask, room=_BORDER + 1)
     mask, labels, depth = mask[window], segmentation.labels[window], picture.depth[window]
@@ -93,11 +92,10 @@ def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> P
 
 
 def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camera: Camera) -> Colour:
-    """Measures the colour of a part in full light.
+    """Measures the colour of a part under full illumination.
 
-    The colour is the radiance relative to a white surface with the same normals.
-
-    Photon noise grows with the light, so the ratio of the sums is the best estimate.
+    The colour is the ratio of the summed radiance to the summed radiance of a white surface with the same normals.
+    This estimate is efficient for photon noise, whose variance is proportional to the signal.
     """
     inner = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     inner = inner if inner.any() else mask
@@ -111,7 +109,7 @@ def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camer
 
 
 def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
-    """Converts a fitted part to features in T. Axes are in descending order, independent errors are deformations."""
+    """Converts a fitted part to features in T, with axes in descending order and independent deformation errors."""
     fit = express_fit(fit, X_TC)
     squares, axes = np.linalg.eigh(fit.ellipsoid.shape_matrix)
     X_TE = np.eye(4)
@@ -130,10 +128,10 @@ def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
 
 
 def draw_outline(ellipsoid: SeenEllipsoid, camera: Camera) -> Array:
-    """Computes outline points of an ellipsoid in the picture, (90, 2), column and row.
+    """Computes outline points of an ellipsoid in the image, (90, 2), column and row.
 
-    At a point p of the outline the ray is tangent: p = c + S^(1/2) w with |w| = 1 and w . m = 1, where m is the
-    camera's position in the coordinates in which the ellipsoid is a unit ball.
+    Rays are tangent at points p = c + S^(1/2) w with |w| = 1 and w . m = 1. Here m is the camera position in
+    coordinates in which the ellipsoid is a unit sphere.
     """
     squares, axes = np.linalg.eigh(ellipsoid.shape_matrix)
     root = (axes * np.sqrt(squares)) @ axes.T
@@ -160,7 +158,7 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
 
 
 def _find_outline(mask: Mask, excluded: Mask) -> Array:
-    """Finds midpoints between neighbouring pixels across a mask's edge, (K, 2). Midpoints are column and row."""
+    """Finds midpoints between neighbouring pixels across the edge of a mask, (K, 2), column and row."""
     border = (mask[:, 1:] != mask[:, :-1]) & ~(excluded[:, 1:] | excluded[:, :-1])
     below = (mask[1:] != mask[:-1]) & ~(excluded[1:] | excluded[:-1])
     row_border, column_border = np.nonzero(border)

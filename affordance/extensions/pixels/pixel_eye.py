@@ -1,4 +1,4 @@
-"""Eye that measures features in pictures, and draws the detection."""
+"""Visual sensor that measures features in camera images."""
 
 import time
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from affordance.vision.features import ComponentFeatures
 
 
 class PixelEye:
-    """Eye that measures features in colour and depth pictures."""
+    """Visual sensor that measures features in colour and depth images."""
 
     caption = (
         "Images of each object before it is grasped: colour, depth (white where there is no reading), detected "
@@ -27,7 +27,7 @@ class PixelEye:
     )
 
     def __call__(self, tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-        """Measures the features of a tool in pictures."""
+        """Measures the features of a tool in camera images."""
         return see(tool, rng)
 
     def __eq__(self, other: object) -> bool:
@@ -41,7 +41,7 @@ class PixelEye:
         return "pixels"
 
     def draw(self, tools: Sequence[Tool], seed: int) -> Figure:
-        """Takes a picture of each tool, and plots it with the detected parts."""
+        """Takes an image of each tool, and plots it with the detected parts."""
         sensor = get_camera_sensor()
         views = []
         for index, tool in enumerate(tools):
@@ -54,7 +54,7 @@ PIXELS = PixelEye()
 
 
 def check_renderer() -> str:
-    """Renders a picture, and describes how long it takes."""
+    """Renders an image, and describes the required time."""
     tools = load_tools(MODELS / "tools" / "weight.yaml", load_materials(MODELS / "materials.yaml"))
     start = time.perf_counter()
     render(tools[0])

@@ -1,8 +1,8 @@
-"""Colour and depth pictures, and the camera that takes them.
+"""Colour and depth images, and the pinhole camera.
 
-Frame C is the camera's: Cx points right in the picture, Cy down, Cz along the view. A pixel (u, v), column and row,
-is seen along the ray ((u - centre_x) / focal_length, (v - centre_y) / focal_length, 1) from Co. Depth is the
-coordinate along Cz, [m], not the distance along the ray. A missing reading is 0.
+In the camera frame C, Cx points right in the image, Cy down, and Cz along the optical axis. The ray of a pixel (u,
+v), column and row, has the direction ((u - centre_x) / focal_length, (v - centre_y) / focal_length, 1). Depth is the
+coordinate along Cz, [m], not the distance along the ray. Missing readings are 0.
 """
 
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Camera:
-    """Pinhole camera with registered colour and depth pictures. A pixel shows the same point in both.
+    """Pinhole camera with registered colour and depth images.
 
-    The focal length, in pixels, is the same along both axes.
+    The focal length, [pixels], is the same along both axes.
     """
 
     width: int = 640
@@ -45,7 +45,7 @@ class Camera:
 
 
 class Picture(NamedTuple):
-    """Colour, (height, width, 3), uint8, and depth along Cz, (height, width), [m]. Depth is 0 without a reading."""
+    """Registered colour and depth image."""
 
-    colour: NDArray[np.uint8]
-    depth: Array
+    colour: NDArray[np.uint8]  # (height, width, 3)
+    depth: Array  # along Cz, (height, width), [m]; 0 without a reading

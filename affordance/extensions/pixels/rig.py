@@ -1,9 +1,9 @@
-"""Rig for observing an object: a plain stand, lamps, and a camera above.
+"""Rig for observing objects: a plain stand, lamps, and a camera above.
 
-Frames: W is in the middle of the stand's top, with Wz up; C is the camera's, high above Wo, with Cx along Wx and Cy
-along -Wy. The object, with frame T, lies on the stand in its given orientation, with its bounding box in the middle
-of the picture and its lowest point on the top. The setup has its own Diagram because the picture is taken before the
-hand takes the object (docs/decisions/0015-vision-from-pixels.md).
+The world frame W is in the middle of the stand's top, with Wz up. The camera frame C is above Wo, with Cx along Wx
+and Cy along -Wy. The object, with frame T, is on the stand in its given orientation, with its bounding box in the
+middle of the image. The rig has a separate Diagram, because the image is taken before the hand grasps the object
+(docs/decisions/0015-vision-from-pixels.md).
 """
 
 import gc
@@ -28,39 +28,36 @@ from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Tool, find_box
 
 _RENDERER = "vtk"
-# Size of the stand, which covers more than the picture; its thickness is not visible, [m].
+# Size of the stand, which is larger than the field of view, [m].
 _STAND_SIZE = (1.6, 1.4, 0.02)
-# Drake draws an ellipsoid as a polyhedron with its corners on the surface, which is 0.13 % too small on average
-# (tests/extensions/pixels/test_rig.py); ellipsoids are enlarged by this factor to compensate.
+# Drake renders ellipsoids as inscribed polyhedra, which are 0.13 % too small on average
+# (tests/extensions/pixels/test_rig.py). Ellipsoids are enlarged by this factor to compensate.
 _FACETS = 1.0013
-# Diagrams form cycles of references, of some 3 MB each; every tenth picture, those of earlier ones are collected.
+# Diagrams contain reference cycles of about 3 MB each. Garbage is collected after every tenth image.
 _COLLECTED, _NUMBER = 10, itertools.count(1)
 
 
 class Lamp(NamedTuple):
-    """Lamp of parallel light.
-
-    The lamp's intensity is the radiance of a white surface facing it, relative to saturation.
-    """
+    """Lamp with parallel light."""
 
     direction_C: tuple[float, float, float]
-    intensity: float
+    intensity: float  # radiance of a white surface facing the lamp, relative to saturation
 
 
 def _tilt_lamp(azimuth_deg: float) -> tuple[float, float, float]:
-    """Computes the direction of the light from a lamp half-way between the camera and the horizon."""
+    """Computes the light direction of a lamp at 45 degrees between the camera and the horizon."""
     azimuth = np.radians(azimuth_deg)
     x, y = np.sqrt(0.5) * np.cos(azimuth), np.sqrt(0.5) * np.sin(azimuth)
     return float(x), float(y), float(np.sqrt(0.5))
 
 
-# One lamp at the camera and four around it, so that no side visible to the camera is dark; together they do not quite
-# saturate a white surface that faces the camera: 0.5 + 4 x 0.17 x cos(45 degrees) = 0.98.
+# One lamp at the camera and four around it illuminate all visible sides. Together they nearly saturate a white
+# surface that faces the camera: 0.5 + 4 x 0.17 x cos(45 degrees) = 0.98.
 LAMPS = (Lamp((0.0, 0.0, 1.0), 0.5), *(Lamp(_tilt_lamp(azimuth), 0.17) for azimuth in (0.0, 90.0, 180.0, 270.0)))
 
 
 def compute_shading(normals_C: Array) -> Array:
-    """Computes a white surface's radiance relative to saturation, (N,). Outward normals in C are (N, 3)."""
+    """Computes the radiance of a white surface relative to saturation, (N,), from outward normals in C, (N, 3)."""
     shading = np.zeros(len(normals_C))
     for lamp in LAMPS:
         shading += lamp.intensity * np.maximum(0.0, -normals_C @ np.array(lamp.direction_C))
@@ -69,13 +66,13 @@ def compute_shading(normals_C: Array) -> Array:
 
 @dataclass(frozen=True)
 class Rig:
-    """Stand of a given colour with a camera at a height above its top, [m]."""
+    """Coloured stand with a camera at a height above its top, [m]."""
 
     camera: Camera = Camera()
-    # The picture shows 0.98 by 0.73 m, and objects less than 0.4 m high are further away than 0.5 m, the least
-    # distance at which the first Kinect measures depth.
+    # The field of view is 0.98 by 0.73 m. Objects below 0.4 m in height are beyond the minimum depth of the first
+    # Kinect, 0.5 m.
     height: float = 0.9
-    # Dark grey: bright objects differ from it.
+    # Dark grey, so that bright objects differ from it.
     colour: Colour = (0.2, 0.2, 0.2)
 
     @property
@@ -86,7 +83,7 @@ class Rig:
         return X_WC
 
     def place(self, tool: Tool) -> Array:
-        """Computes the pose X_WT, (4, 4), of a presented object, which the arm knows."""
+        """Computes the pose X_WT, (4, 4), of a presented object."""
         low, high = find_box(tool.components)
         X_WT = np.eye(4)
         X_WT[:2, 3] = -0.5 * (low + high)[:2]
@@ -94,7 +91,7 @@ class Rig:
         return X_WT
 
     def compute_camera_pose(self, tool: Tool) -> Array:
-        """Computes the camera's pose X_TC, (4, 4), relative to a presented object."""
+        """Computes the pose X_TC, (4, 4), of the camera relative to a presented object."""
         return np.linalg.inv(self.place(tool)) @ self.X_WC
 
 
@@ -102,10 +99,7 @@ DEFAULT_RIG = Rig()
 
 
 def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
-    """Builds the Diagram of an object on the stand.
-
-    The Diagram has ``scene_graph`` and ``camera``, whose images are its outputs.
-    """
+    """Builds the Diagram of an object on the stand, with ``scene_graph``, ``camera``, and the images as outputs."""
     builder = DiagramBuilder()
     scene_graph = geometry.SceneGraph()
     builder.AddNamedSystem("scene_graph", scene_graph)
@@ -133,8 +127,8 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
         show(make_drawn_shape(shape), X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, geometry.RenderLabel(i))
 
     camera = rig.camera
-    # The origin of pixel coordinates is a pixel's corner in Drake's renderer (found with a symmetric object, see its
-    # tests) and a pixel's centre in this module.
+    # Integer pixel coordinates are corners of pixels in Drake's renderer (as tested with a symmetric object), and
+    # centres of pixels in this module.
     centre_x, centre_y = (coordinate + 0.5 for coordinate in camera.centre)
     intrinsics = CameraInfo(camera.width, camera.height, camera.focal_length, camera.focal_length, centre_x, centre_y)
     core = geometry.RenderCameraCore(_RENDERER, intrinsics, geometry.ClippingRange(0.05, 5.0), RigidTransform())
@@ -155,7 +149,7 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
 
 
 def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
-    """Renders a noise-free picture of an object; arguments are as in ``build_rig_diagram``."""
+    """Renders a noise-free colour and depth image of an object."""
     depth, colour = render_images(tool, rig, ("depth", "colour"))
     depth = depth[:, :, 0].astype(float)
     depth[~np.isfinite(depth)] = 0.0
@@ -163,7 +157,7 @@ def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
 
 
 def render_images(tool: Tool, rig: Rig, names: Sequence[str]) -> list[NDArray[Any]]:
-    """Renders the images of the camera's named output ports."""
+    """Renders the images of the named output ports of the camera."""
     diagram = build_rig_diagram(tool, rig)
     context = diagram.CreateDefaultContext()
     images: list[Any] = [diagram.GetOutputPort(name).Eval(context) for name in names]

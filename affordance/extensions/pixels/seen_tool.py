@@ -1,8 +1,8 @@
-"""Measures looks and solids of objects of any form from pictures.
+"""Measurement of appearance and shape of arbitrary objects in camera images.
 
-A solid consists of columns between two sides, minus the hollows that four more views show. Invisible features, such
-as a cavity or a core of another material, are included in the stated error. Its size was determined on ten tools
-(docs/decisions/0015-vision-from-pixels.md, which also lists other reconstructions that were compared).
+A solid consists of columns between the surfaces in two opposite views, minus hollows that are visible in four further
+views. The stated errors include invisible features such as cavities or cores of another material. They were
+determined with ten tools (docs/decisions/0015-vision-from-pixels.md compares other reconstruction methods).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,13 +40,13 @@ _MEASURED = "errors over the ten learning tools at their true densities (docs/de
 
 
 class SolidError(NamedTuple):
-    """Errors of the solids that a method reconstructs.
+    """Error model of reconstructed solids.
 
     Attributes:
-        bias: Mean of the logarithm of the ratio of estimated to true volume.
-        log_volume_sd: Standard deviation of this logarithm about its mean.
-        place_sd: Standard deviation of each coordinate of a part's centroid, as a fraction of its length along that
-            axis.
+        bias: Mean of log(estimated volume / true volume).
+        log_volume_sd: Standard deviation of log(estimated volume / true volume).
+        place_sd: Standard deviation of each coordinate of a part's centroid, as a fraction of the part's length along
+            that axis.
     """
 
     bias: Annotated[float, Setting("1", _MEASURED)]
@@ -54,18 +54,17 @@ class SolidError(NamedTuple):
     place_sd: Annotated[float, Setting("1", _MEASURED)]
 
 
-# Standard deviations are chosen so that a normal distribution's 90 % interval ends at the 90th percentile of the
-# absolute errors. Most of the error comes from one hollow tool, so the root mean square would be too small at 90 %
-# and too large otherwise.
+# Standard deviations match the 90th percentile of absolute errors to a normal distribution. The root mean square
+# would be too small at 90 % and too large otherwise, because a single hollow tool dominates it.
 ERROR = SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011)
 
 
 class SeenTool(NamedTuple):
-    """Looks of an object, and views from one or two sides and along further axes."""
+    """Appearances and views of an object."""
 
     looks: tuple[Look, ...]
-    views: tuple[View, ...]
-    sides: tuple[Side, ...] = ()
+    views: tuple[View, ...]  # one view, or two opposite views
+    sides: tuple[Side, ...] = ()  # views along further axes
 
     def compute_features(self, X_TP: Array) -> tuple[ComponentFeatures, ...]:
         """Computes the features of the parts in T, given the presented pose X_TP, (4, 4)."""
@@ -75,10 +74,7 @@ class SeenTool(NamedTuple):
     def centre(
         self, solids: Mapping[int, ColumnSolid], error: SolidError
     ) -> Iterator[tuple[Look, ColumnSolid, Array]]:
-        """Yields each look with its corrected solid, and p_PEo, (3,), [m].
-
-        The solid has no bias, and Eo at its centroid.
-        """
+        """Yields each appearance with its bias-corrected solid about the centroid Eo, and p_PEo, (3,), [m]."""
         for number, solid in solids.items():
             middle = solid.ends.mean(axis=1, keepdims=True)
             ends = middle + np.exp(-error.bias) * (solid.ends - middle)
@@ -91,7 +87,7 @@ def detect_tool(
     noise: SensorNoise,
     sides: Sequence[tuple[Photograph, Photograph]] = (),
 ) -> SeenTool:
-    """Detects an object's looks and form in pictures from one, two or more sides.
+    """Measures appearance and shape of an object in images from one, two or more sides.
 
     Errors are as in ``find_silhouette``.
     """
@@ -119,14 +115,14 @@ def _measure_form(photograph: Photograph, rig: Rig, noise: SensorNoise) -> View:
 
 
 def observe_tool(tool: Tool, stand: CameraSensor, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Observes an object on the stand, and returns its parts' features. Errors are as in ``detect_tool``."""
+    """Measures the features of an object's parts on the stand. Errors are as in ``detect_tool``."""
     photographs, sides = stand.take_pictures(tool, rng), stand.take_sides(tool, rng)
     seen = detect_tool(photographs, stand.rig, stand.noise, sides)
     return give_strikes(seen.compute_features(find_presented_pose(tool)), tool)
 
 
 def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Measures features from one picture of ellipsoids, or six of other objects."""
+    """Measures features in one image of an object composed of ellipsoids, or six images of any other object."""
     try:
         if needs_turning(tool):
             return observe_tool(tool, get_turning_stand(), rng)
@@ -136,9 +132,14 @@ def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
 
 
 def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: SolidError) -> ComponentFeatures:
-    """Converts a solid to features in T. Deformations are the errors of thickness along Pz and of position in P.
+    """Converts a solid to features in T, with errors of its thickness along Pz and of its position.
 
-    Eo is at the solid's centroid; poses X_PE and X_TP have shape (4, 4).
+    Args:
+        look: Appearance.
+        shape: Solid about its centroid Eo.
+        X_PE: Pose of the solid in P, (4, 4).
+        X_TP: Presented pose, (4, 4).
+        error: Error model.
     """
     deformations = np.zeros((4, 4, 4))
     deformations[0, 2, 2] = error.log_volume_sd
@@ -159,7 +160,7 @@ def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: So
 
 
 def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """Assigns the tool's known striking faces to the closest parts."""
+    """Assigns the known striking faces of a tool to the closest parts."""
     seen = list(features)
     for part in tool.components:
         for face in part.strikes:
@@ -172,24 +173,24 @@ def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[Com
 
 
 def _measure_gap(shape: Shape, X_TE: Array, p_TQ: Array) -> float:
-    """Computes how far a point is outside a part's surface, [m].
+    """Computes the distance of a point from the surface of a part along the line from its centroid, [m].
 
-    It is measured along the line from the part's centroid, and is negative for a point inside the part.
+    The distance is negative inside the part.
     """
     p_EQ = X_TE[:3, :3].T @ (p_TQ - X_TE[:3, 3])
     return float(np.linalg.norm(p_EQ) - p_EQ @ shape.find_support(p_EQ) / np.linalg.norm(p_EQ))
 
 
 def list_seen_options(tools: Sequence[Tool], seed: int, stand: CameraSensor | None = None) -> list[Option]:
-    """Lists the options of tools seen in pictures from six sides.
+    """Observes tools in images from six sides, and lists their options.
 
     Args:
-        tools: Tools to be observed.
-        seed: Seed of the noise in pictures.
-        stand: Camera with a stand for the tools; None for the turntable that the process shares.
+        tools: Tools.
+        seed: Seed of the image noise.
+        stand: Camera with stand; None for the shared camera of this process.
 
     Raises:
-        SeeingError: No features can be extracted from the pictures.
+        SeeingError: No features can be extracted from the images.
     """
     options: list[Option] = []
     for tool in tools:

@@ -1,7 +1,7 @@
-"""Segments a picture into the object and its parts.
+"""Segmentation of an image into the object and its parts.
 
-The object is everything nearer to the camera than the stand. Within it, regions of one tint are parts, regardless of
-shading. A region of one tint that has a waist consists of several parts of the same colour. The renderer's labels are
+The object consists of all pixels that are nearer than the stand. Its parts are regions of one tint, which does not
+depend on shading. A region with a waist is split into several parts of the same colour. Labels of the renderer are
 not used.
 """
 
@@ -24,46 +24,46 @@ from affordance.extensions.pixels.rgbd import Labels, Picture
 from affordance.extensions.pixels.sensor_noise import STAND_ERROR, SensorNoise
 from affordance.objects.colour import compute_tints
 
-# Least number of pixels of a part: a fit of nine numbers needs several times as many readings inside the rim, which
-# is three pixels wide. A disc of twelve pixels' diameter has this number.
+# Smallest number of pixels of a part, equal to a disc with a diameter of twelve pixels. Fitting nine parameters needs
+# several times as many readings inside the rim, which is three pixels wide.
 MIN_PIXELS = 110
-# A depth reading shows the object if it is nearer than the stand by this number of standard deviations. By chance one
-# pixel in 30,000 of the stand is so near; such specks are removed.
+# A depth reading belongs to the object if it is nearer than the stand by this number of standard deviations. One in
+# 30,000 pixels of the stand exceeds this threshold by chance; such specks are removed.
 _NUM_SDS = 4.0
-# Least fraction of the picture that must have depth readings.
+# Smallest fraction of pixels that must have depth readings.
 _MIN_READABLE = 0.5
-# Sides of the median and mean filters that denoise colours, and the reach of both together, which is how far the
-# stand's colour spreads into the object, [pixels].
+# Widths of the median and mean filters for denoising colours, and their combined radius, up to which the colour of
+# the stand is mixed into the object, [pixels].
 _MEDIAN_SIDE, _MEAN_SIDE, _SMOOTHING = 5, 3, 3
-# Distance of tints beyond which they belong to two materials (colours ten units apart differ visibly), and bin width
-# of the histogram in which the most frequent tints are found, [CIELAB].
+# Largest distance between tints of one material (colours that differ by ten units are visibly different), and bin
+# width of the tint histogram, [CIELAB].
 _TINT_RADIUS, _TINT_BIN = 10.0, 2.0
-# Brightness relative to saturation below which the distance must grow: there it is less than four standard deviations
-# of the tint noise of a smoothed grey (0.7 divided by the root of the brightness).
+# For smaller brightness, relative to saturation, the largest distance is increased, because it would be below four
+# standard deviations of the tint noise of a smoothed grey (0.7 divided by the root of the brightness).
 _LIT = 0.08
-# Width below which a strip is a mixture of the colours of two parts, not a part itself, [pixels].
+# Narrower strips are mixed colours of two parts, [pixels].
 _STRIP = 5
-# A region has a waist if it falls into pieces when a rim is removed whose width is at most this fraction of each
-# piece's largest distance from the rim.
+# A region has a waist if erosion splits it into pieces. The eroded width must be at most this fraction of the largest
+# distance of each piece from the outline.
 _WAIST = 0.7
-# Least width of the rim that is removed to find waists, [pixels], and number of widths that are tried.
+# Smallest eroded width for finding waists, [pixels], and number of widths that are tried.
 _LEAST_WAIST, _NUM_LEVELS = 1.5, 24
 _UNKNOWN = -1
 
 
 class Segmentation(NamedTuple):
-    """Index of each pixel's part, (height, width), and the number of parts. Pixels without a part are -1."""
+    """Parts of an image."""
 
-    labels: Labels
+    labels: Labels  # index of each pixel's part, (height, width), or -1
     num_parts: int
 
 
 def check_picture(picture: Picture) -> None:
-    """Checks that a picture is usable.
+    """Checks that a colour and depth image is usable.
 
     Raises:
-        UnusablePictureError: Colour and depth do not match, or are too small.
-        NoDepthError: Depth readings are not finite, or too few.
+        UnusablePictureError: Colour and depth do not match or are too small.
+        NoDepthError: There are too few depth readings, or not all are finite.
         OneColourError: All pixels have the same colour.
     """
     colour, depth = picture
@@ -85,11 +85,16 @@ def check_picture(picture: Picture) -> None:
 
 
 def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segmentation:
-    """Segments the object into its parts. The stand's top is at stand_depth, [m].
+    """Segments the object into its parts.
+
+    Args:
+        picture: Colour and depth image.
+        stand_depth: Depth of the stand's top, [m].
+        noise: Sensor noise.
 
     Raises:
-        SeeingError: The picture fails ``check_picture``, nothing is nearer than the stand (NothingSeenError), the
-            object reaches the edge (OutOfViewError), or it or a part covers too few pixels (TooSmallError).
+        SeeingError: The image fails ``check_picture``, nothing is nearer than the stand (NothingSeenError), the
+            object reaches the edge (OutOfViewError), or the object or a part has too few pixels (TooSmallError).
     """
     check_picture(picture)
     object_mask = find_object(picture, stand_depth, noise)
@@ -115,12 +120,11 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
 
 
 def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
-    """Finds the pixels nearer than the stand, (height, width); see ``segment``."""
+    """Finds the pixels that are nearer than the stand, (height, width); see ``segment``."""
     threshold = (
         stand_depth - STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
     )
-    # Readings are missing on strongly inclined surfaces, such as the object's near its outline, but never on the
-    # stand.
+    # Missing readings (0) belong to strongly inclined surfaces of the object, never to the stand.
     near = picture.depth < threshold
     mask = cv2.medianBlur(near.astype(np.uint8), 3)
     if not mask.any():
@@ -134,10 +138,7 @@ def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mas
 
 
 def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
-    """Returns large pieces of a mask, and the size of the largest.
-
-    The pieces are connected, with at least ``least`` pixels.
-    """
+    """Finds connected pieces of a mask with at least ``least`` pixels, and the size of the largest piece."""
     _, pieces, statistics, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     sizes = statistics[1:, cv2.CC_STAT_AREA]
     kept: Mask = np.isin(pieces, 1 + np.flatnonzero(sizes >= least))
@@ -145,14 +146,14 @@ def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
 
 
 def check_edge(mask: Mask, picture: Picture) -> None:
-    """Checks that an object does not reach the picture's edge. Otherwise an OutOfViewError is raised."""
+    """Checks that an object does not reach the edge of the image. Otherwise an OutOfViewError is raised."""
     count = int(np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]]).sum())
     if count:
         raise OutOfViewError(f"the object covers {count} pixels of the picture's edge, must cover none", *picture)
 
 
 def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]:
-    """Assigns every pixel the nearest known pixel's value, (height, width). At least one must be known."""
+    """Assigns the value of the nearest known pixel to each pixel, (height, width). One must be known."""
     _, nearest = cv2.distanceTransformWithLabels(
         (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
@@ -163,10 +164,7 @@ def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]
 
 
 def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
-    """Computes rows and columns of a non-empty mask with a margin, [pixels].
-
-    The ranges are clipped to the picture.
-    """
+    """Computes the ranges of rows and columns of a non-empty mask, with a margin ``room``, [pixels]."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return (
         slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),
@@ -175,9 +173,9 @@ def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
 
 
 def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
-    """Splits a mask into regions of one tint. The first is the most frequent tint of well-lit pixels.
+    """Splits a mask into regions of one tint, starting with the most frequent tint of well-lit pixels.
 
-    Returns no regions if the object is so small or narrow that the stand's colour is mixed into all of it.
+    Returns no regions if the colour of the stand is mixed into all pixels of a small or narrow object.
     """
     side = 2 * _SMOOTHING + 1
     core = cv2.erode(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
@@ -202,7 +200,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
     seeds[core] = nearest + 1
     regions = []
     for number in range(1, len(modes) + 1):
-        # Strips between two parts are removed because colours mix there.
+        # Strips of mixed colours between two parts are removed.
         one = cv2.morphologyEx(
             (seeds == number).astype(np.uint8), cv2.MORPH_OPEN, np.ones((_STRIP, _STRIP), np.uint8)
         )
@@ -212,7 +210,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
 
 
 def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
-    """Computes the mode, (2,), of points in a plane, (N, 2), from a histogram. Points may be tints."""
+    """Computes the mode, (2,), of points in a plane, (N, 2), with a histogram."""
     low, high = points.min(axis=0), points.max(axis=0)
     shape = np.maximum(1, np.ceil((high - low) / bin_width)).astype(int) + 1
     index = ((points - low) / bin_width).astype(int)
@@ -223,7 +221,7 @@ def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
 
 
 def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
-    """Assigns every pixel of a mask to the nearest region inside it."""
+    """Assigns each pixel of a mask to the nearest region."""
     seeds = np.zeros(mask.shape, dtype=np.int32)
     for number, region in enumerate(regions):
         seeds[region & mask] = number + 1
@@ -232,7 +230,7 @@ def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
 
 
 def _split_at_waists(region: Mask) -> list[Mask]:
-    """Splits a region at its waists into convex pieces. Without a waist it stays whole."""
+    """Splits a region at its waists into convex pieces, if it has any."""
     window = find_window(region, room=2)
     small = region[window].astype(np.uint8)
     distance = cv2.distanceTransform(small, cv2.DIST_L2, 5)
@@ -242,8 +240,8 @@ def _split_at_waists(region: Mask) -> list[Mask]:
     markers = np.zeros(small.shape, dtype=np.int32)
     for number, core in enumerate(cores):
         markers[core] = number + 1
-    # Distance from a core is divided by the core's radius, so that two touching ellipsoids of unequal thickness are
-    # split at their waist.
+    # Distances from a core are divided by its radius, so that two touching ellipsoids with different widths are split
+    # at the waist.
     ways = [
         cv2.distanceTransform((markers != number + 1).astype(np.uint8), cv2.DIST_L2, 5) / distance[core].max()
         for number, core in enumerate(cores)
@@ -258,7 +256,7 @@ def _split_at_waists(region: Mask) -> list[Mask]:
 
 
 def _find_cores(distance: NDArray[Any]) -> list[Mask]:
-    """Finds the core of each piece of a region from distances to the rim."""
+    """Finds the core of each convex piece of a region from distances to the outline."""
     best: list[Mask] = []
     for level in np.geomspace(_LEAST_WAIST, 0.9 * max(float(distance.max()), 2.0 * _LEAST_WAIST), _NUM_LEVELS):
         count, labels = cv2.connectedComponents((distance > level).astype(np.uint8), connectivity=8)

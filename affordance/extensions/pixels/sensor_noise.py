@@ -1,12 +1,12 @@
-"""Noise of a common RGB-D camera.
+"""Noise model of a common RGB-D camera.
 
-Depth noise is as Nguyen, Izadi and Lovell measured for the first Kinect (2012, Modeling Kinect sensor noise for
-improved 3D reconstruction and tracking, 3DIMPVT), at depth z [m] and angle theta [rad] between surface and picture:
+Depth noise was measured by Nguyen, Izadi and Lovell for the first Kinect (2012, Modeling Kinect sensor noise for
+improved 3D reconstruction and tracking, 3DIMPVT), at depth z, [m], and angle theta between surface and image, [rad]:
 
     axial SD   = 0.0012 + 0.0019 (z - 0.4)^2 + 0.0001 / sqrt(z) (theta / (pi/2 - theta))^2      [m]
     lateral SD = 0.8 + 0.035 theta / (pi/2 - theta)                                             [pixels]
 
-Colour has photon noise, whose variance grows with the signal.
+Colour has photon noise, whose variance is proportional to the signal.
 """
 
 from dataclasses import dataclass
@@ -17,57 +17,57 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.extensions.pixels.rgbd import Camera, Picture
 
-# Largest error of the stand's depth in addition to noise, from rounding in a renderer or from calibration, [m].
+# Largest systematic error of the stand's depth, from rounding in the renderer or from calibration, [m].
 STAND_ERROR = 1e-3
-# Surface angle at which noise carries readings across the outline, [rad]: that of a disc of 30 pixels' radius one
-# pixel, which is the lateral SD, inside its outline.
+# Surface angle for lateral noise at the outline, [rad]. It is the angle on a sphere with a radius of 30 pixels, at
+# one pixel (the lateral SD) inside its outline.
 _RIM_ANGLE = float(np.radians(75.0))
 
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Noise of a picture (see docs/decisions/0015-vision-from-pixels.md)."""
+    """Noise parameters of a colour and depth image (see docs/decisions/0015-vision-from-pixels.md)."""
 
     # Factor of the axial and lateral standard deviations of depth; 0 for a perfect sensor.
     depth_scale: float = 1.0
     # Signal-to-noise ratio of a saturated colour pixel, infinite for a perfect sensor; 40 is excellent (ISO 12232).
     signal_to_noise: float = 40.0
-    # Surface angle beyond which there is no depth reading: the largest at which Nguyen et al. could measure, [rad].
+    # Largest surface angle of depth readings, [rad], which is the largest angle measured by Nguyen et al.
     max_angle: float = float(np.radians(80.0))
 
     def compute_axial_sd(self, depth: Array, angle: Array) -> Array:
-        """Computes the axial standard deviation of a reading, [m], at depths [m] and surface angles [rad]."""
+        """Computes the axial standard deviation of depth, [m], from depths, [m], and surface angles, [rad]."""
         tilt = angle / (0.5 * np.pi - angle)
         return self.depth_scale * (0.0012 + 0.0019 * (depth - 0.4) ** 2 + 0.0001 / np.sqrt(depth) * tilt**2)
 
     def compute_lateral_sd(self, angle: Array) -> Array:
-        """Computes the lateral standard deviation of a reading's position, [pixels], at surface angles [rad]."""
+        """Computes the lateral standard deviation of depth readings, [pixels], from surface angles, [rad]."""
         return self.depth_scale * (0.8 + 0.035 * angle / (0.5 * np.pi - angle))
 
     @property
     def outline_shift(self) -> float:
-        """Distance of a depth picture's outline inside the true one, [pixels].
+        """Inward shift of the outline in a depth image, [pixels].
 
-        Lateral noise moves the surface's edge outwards by SD / sqrt(2 pi), and the background's edge inwards by its
-        own SD / sqrt(2 pi). Near its outline the surface is strongly inclined, but the background is not.
+        Lateral noise shifts the edge of the surface outwards by SD / sqrt(2 pi), and the edge of the background
+        inwards by SD / sqrt(2 pi). The SDs differ, because only the surface is strongly inclined near the outline.
         """
         surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
         return float((surface - behind) / np.sqrt(2.0 * np.pi))
 
     @property
     def outline_sd(self) -> float:
-        """Position SD of an edge between two neighbouring pixels, [pixels].
+        """Standard deviation of the position of an edge between two neighbouring pixels, [pixels].
 
-        The length of a row of pixels across the outline has a mean square error of SD / sqrt(pi), plus 1/12 from
-        rounding. An outline has 4 / pi edges per pixel of its length, so each edge has less weight.
+        The mean square error of an edge position in a row of pixels is SD / sqrt(pi), plus 1/12 from rounding. It is
+        increased because an outline has 4 / pi edges per pixel of its length.
         """
         surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
         return float(np.sqrt((0.5 * (surface + behind) / np.sqrt(np.pi) + 1.0 / 12.0) * 4.0 / np.pi))
 
     def add_to(self, picture: Picture, camera: Camera, rng: np.random.Generator) -> Picture:
-        """Adds sensor noise to a picture.
+        """Adds sensor noise to an image.
 
-        A reading is taken at a point displaced by the lateral noise, with the axial noise at that point.
+        Depth is read at a point that is displaced by lateral noise, and has the axial noise of that point.
         """
         return Picture(self._disturb_colour(picture.colour, rng), self._disturb_depth(picture.depth, camera, rng))
 
@@ -92,10 +92,10 @@ class SensorNoise:
 
 
 def measure_angles(depth: Array, camera: Camera) -> Array:
-    """Computes the angle between surface and picture at each pixel, (height, width), [rad]. Depth must be noise-free.
+    """Computes the angle between surface and image plane at each pixel of a noise-free depth image, [rad].
 
-    Along each axis the smaller of the slopes to the two neighbours is used, so a silhouette does not affect the
-    surface in front or behind.
+    The smaller of the slopes to both neighbours along each axis is used, so that depth steps at outlines have no
+    effect.
     """
     slopes = []
     for axis in (0, 1):

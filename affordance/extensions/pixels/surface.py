@@ -1,11 +1,11 @@
-"""Measures an object's silhouette, smoothed depth and colour in full light.
+"""Measurement of an object's silhouette, smoothed depth, and colour under full illumination.
 
-Depth alone misses objects that are flatter than its noise, and colour alone misses objects of the stand's colour.
-Where possible the outline is determined from colour, which is sharper than depth: it is halfway between the stand's
-colour and the object's.
+The silhouette is based on depth and colour. Depth alone does not detect objects that are flatter than its noise;
+colour alone does not detect objects that have the colour of the stand. If possible, the outline is determined from
+colour, which is sharper than depth: it is where the colour is halfway between the object and the stand.
 
-A surface that is inclined away from the lamps looks darker. Its slope is computed from depth averaged over a few
-millimetres. This is correct within a face but wrong at edges, where the colour in full light stays unknown.
+Inclined surfaces look darker. Their slope is computed from depth that is averaged over a few millimetres. This is
+correct within a face but not at edges, where the colour under full illumination remains unknown.
 """
 
 from typing import NamedTuple
@@ -26,32 +26,37 @@ from affordance.extensions.pixels.segmentation import (
 )
 from affordance.extensions.pixels.sensor_noise import STAND_ERROR, SensorNoise
 
-# Standard deviation of the blur that denoises colours before they are compared with the stand's, [pixels].
+# Standard deviation of the Gaussian blur for denoising colours before they are compared with the stand, [pixels].
 _BLUR = 0.7
-# A blurred colour is not the stand's if it differs by more than this number of standard deviations: with fewer,
-# specks of noise would remain in a picture of a million pixels.
+# Threshold for the difference between a blurred colour and the stand, in standard deviations. A lower threshold would
+# leave specks of noise in an image with a million pixels.
 _COLOUR_SDS = 6.0
-# An averaged reading is nearer than the stand if it differs by more than this number of standard deviations.
+# Threshold for the difference between averaged depth and the stand, in standard deviations.
 _DEPTH_SDS = 4.0
-# Least size of a region that is not noise, [pixels].
+# Smallest size of a region that is not noise, [pixels].
 _MIN_PIXELS = 60
 # Ratio of a normal distribution's standard deviation to its median absolute deviation.
 _PER_MEDIAN = 1.4826
-# Sides of the windows over which depth is averaged, for depth itself and for its slope, [pixels]: 81 readings
-# determine the slope of one face to 0.1.
+# Widths of the averaging windows for depth and for its slope, [pixels]. The slope of a face has an error of 0.1 with
+# 81 readings.
 _DEPTH_SIDE, _SLOPE_SIDE = 5, 9
-# Least light by which a colour is divided, relative to saturation.
+# Smallest illumination by which colours are divided, relative to saturation.
 _MIN_LIGHT = 0.2
-# Light relative to saturation below which a surface is steep or an edge between two faces.
+# Smallest illumination of a well-lit surface, relative to saturation; otherwise it is steep or an edge.
 _GOOD_LIGHT = 0.6
 
 
 def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
-    """Finds the object's pixels, (height, width). The stand's top is at stand_depth, [m].
+    """Finds the pixels of the object, (height, width).
+
+    Args:
+        picture: Colour and depth image.
+        stand_depth: Depth of the stand's top, [m].
+        noise: Sensor noise.
 
     Raises:
-        SeeingError: The picture fails ``check_picture``, shows only the stand (NothingSeenError), or shows an object
-            at its edge (OutOfViewError).
+        SeeingError: The image fails ``check_picture``, shows only the stand (NothingSeenError), or shows an object at
+            its edge (OutOfViewError).
     """
     check_picture(picture)
     colour = picture.colour.astype(np.float32)
@@ -63,8 +68,7 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
     found = cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((2, 2), np.uint8)).astype(bool)
     core = cv2.erode(found.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     if core.any():
-        # Blurred and mixed pixels around the object differ from the stand by less than half as much as the object
-        # does.
+        # Blurred pixels outside the object differ from the stand by less than half as much as the object.
         outside = (difference < 0.5 * spread_nearest(difference, core)) & ~core & ~near
         found &= ~outside
     mask, _ = keep_large(found, _MIN_PIXELS)
@@ -75,7 +79,7 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
 
 
 def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
-    """Finds pixels nearer than the stand, except a rim. The rim is half as wide as the averaging window."""
+    """Finds pixels that are nearer than the stand, except a rim of half the averaging window."""
     filled = np.where(depth > 0.0, depth, stand_depth)
     sd = float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(()))) / np.sqrt(_DEPTH_SIDE**2 / 2.0)
     near = cv2.blur(filled, (_DEPTH_SIDE, _DEPTH_SIDE)) < stand_depth - STAND_ERROR - _DEPTH_SDS * sd
@@ -84,14 +88,14 @@ def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
 
 
 class Surface(NamedTuple):
-    """Surface of the object in a window of one view. Images are (height, width).
+    """Visible surface of the object in a window of one view.
 
     Attributes:
-        mask: True where the object is visible.
-        corner: Column and row of the window's first pixel, (2,).
-        depth: Averaged depth, [m]; outside the mask, the depth of the nearest pixel with readings.
-        colour: Colour in full light, in [0, 1], (height, width, 3); valid where ``lit`` is true.
-        lit: True where the surface's slope is known well enough to compute the colour.
+        mask: True where the object is visible, (height, width).
+        corner: Column and row of the first pixel of the window, (2,).
+        depth: Averaged depth, (height, width), [m]; outside the mask, the depth of the nearest pixel with readings.
+        colour: Colour under full illumination, in [0, 1], (height, width, 3); valid where ``lit`` is True.
+        lit: True where the slope of the surface is known well enough to compute the colour, (height, width).
     """
 
     mask: Mask
@@ -102,11 +106,11 @@ class Surface(NamedTuple):
 
 
 def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
-    """Measures depth and colour within a mask, which must not be empty."""
+    """Measures depth and colour within a non-empty mask."""
     window = find_window(mask, room=2 * _SLOPE_SIDE)
     mask, depth = mask[window], picture.depth[window]
     corner = np.array([window[1].start, window[0].start], dtype=float)
-    # One in four readings next to the outline belongs to the background.
+    # Every fourth reading next to the outline belongs to the background.
     inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & (depth > 0.0)
     inner = inner if inner.any() else mask & (depth > 0.0)
     fine, coarse = (_average(depth, inner, side) for side in (_DEPTH_SIDE, _SLOPE_SIDE))
@@ -117,7 +121,7 @@ def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
 
 
 def _average(depth: Array, known: Mask, side: int) -> Array:
-    """Averages the readings in a window around each pixel. An empty window has the mean of the nearest other one."""
+    """Averages depth readings in a window around each pixel. Empty windows get the mean of the nearest window."""
     weight = cv2.blur(known.astype(float), (side, side))
     total = cv2.blur(np.where(known, depth, 0.0), (side, side))
     there = weight > 0.5 / side**2
@@ -125,10 +129,10 @@ def _average(depth: Array, known: Mask, side: int) -> Array:
 
 
 def _measure_light(depth: Array, corner: Array, camera: Camera) -> Array:
-    """Computes the light on the surface relative to saturation, (height, width). The slope follows from depth.
+    """Computes the illumination of the surface relative to saturation, (height, width), from surface normals.
 
-    A point is p = z (x / f, y / f, 1), with x and y measured from the principal point. Therefore dp/du x dp/dv is
-    proportional to (-f dz/du, -f dz/dv, z + x dz/du + y dz/dv), which points away from the camera.
+    A point is p = z (x / f, y / f, 1), with x and y relative to the principal point. Its normal dp/du x dp/dv is
+    proportional to (-f dz/du, -f dz/dv, z + x dz/du + y dz/dv), and points away from the camera.
     """
     f = camera.focal_length
     slope_u = cv2.blur(cv2.Sobel(depth, cv2.CV_64F, 1, 0, ksize=5, scale=1.0 / 128.0), (5, 5))

@@ -1,1 +1,1 @@
-"""Import of any arm from its file."""
+"""Imports robot arms from URDF, SDF and MJCF files, and compares such files."""

@@ -1,7 +1,4 @@
-"""Checks an arm's links and joints.
-
-One message reports all faults, with options that fix them.
-"""
+"""Checks the links and joints of an arm, and reports all faults in one message with options that fix them."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -16,10 +13,10 @@ from affordance.extensions.robots.chain import FEWEST_JOINTS, Chain
 from affordance.extensions.robots.description import JointNotes
 from affordance.extensions.robots.tree import RobotTree
 
-# An impossible inertia of a link is negligible if the link has less than this fraction of the arm's mass, and of the
-# arm's largest moment of inertia about its base: 1 % of what the motors move.
+# Fraction of the arm's mass, and of its largest moment of inertia about the base, below which an impossible inertia
+# of a link is negligible.
 _HARDLY = 0.01
-# Verbs that begin a problem, with those that repeat it of one and of several others; else "does" and "do".
+# Verbs at the beginning of a problem, with their singular and plural; other problems use "does" and "do".
 _VERBS = {"has": ("has", "have"), "is": ("is", "are")}
 _NUMBER = re.compile(r"(?<![\w^])-?\d[\d.]*(e[-+]?\d+)?")
 
@@ -28,13 +25,13 @@ class _Fault(NamedTuple):
     element: str  # ``joint`` or ``link``
     name: str
     problem: str
-    way_out: str = ""  # options that fix it; empty if there are none
+    way_out: str = ""  # options that fix it; empty without any
 
 
 class JointLimits(NamedTuple):
-    """Limits of a joint, from the user or else from the file."""
+    """Limits of a joint, from the user or the file."""
 
-    effort: float | None  # torque limit, [N m]; None if there is none
+    effort: float | None  # torque limit, [N m]; None without a limit
     velocity: float  # [rad/s]
     damping: float  # [N m s/rad]
     rotor_inertia: float  # [kg m^2]
@@ -47,9 +44,9 @@ def find_limits(
     *,
     has_damping: bool,
 ) -> JointLimits:
-    """Combines the user's limits of a joint with the file's. The user's take precedence.
+    """Combines the user's limits of a joint with the file's limits. The user's limits take precedence.
 
-    ``given`` maps the kind of limit to values by joint name; the empty name applies to every joint.
+    ``given`` maps the kind of limit to values by joint name. The empty name applies to every joint.
     """
     name = joint.name()
 
@@ -77,15 +74,28 @@ def check_arm(
     mends: bool = False,
     carries: bool = False,
 ) -> tuple[str, ...]:
-    """Checks the moving links of an arm, and its joints if limits are given. Returns the names of corrected links.
+    """Checks the moving links of an arm, and its joints if limits are given.
 
-    A negligible impossible inertia is replaced by the nearest possible one. With ``mends``, this applies to any
-    impossible inertia without a negative mass. With ``carries``, links whose weight the simulator compensates
-    (gravcomp) are accepted. All other faults raise a single BadValueError.
+    Negligible impossible inertias are replaced with the nearest possible inertias. All faults are reported in one
+    error.
+
+    Args:
+        tree: Robot.
+        chain: Joints of the arm.
+        context: Context of the robot's plant.
+        groups: Bodies that move with each joint.
+        limits: Limits of each joint; None to check the links only.
+        mends: True to replace all impossible inertias, except if the mass is negative.
+        carries: True to accept links whose weight the simulator compensates (gravcomp).
+
+    Returns: Names of the links with replaced inertias.
+
+    Raises:
+        BadValueError: A link or joint has a fault.
     """
     bodies = [body for group in groups for body in group]
     heavy = [body for body in bodies if tree.key(body) in tree.description.mended]
-    # A negative mass has no nearest possible one that keeps the arm's weight.
+    # Replacing a negative mass would change the arm's weight.
     heavy = [body for body in heavy if not mends or tree.description.mended[tree.key(body)][1].mass < 0.0]
     heavy = [body for body in heavy if _matters(tree, chain, context, bodies, body)]
     faults = [*_list_link_faults(tree, bodies, heavy, carries=carries)]
@@ -100,7 +110,7 @@ def check_arm(
 
 
 def _matters(tree: RobotTree, chain: Chain, context: Context, bodies: Sequence[RigidBody], body: RigidBody) -> bool:
-    """Returns True if a link's impossible inertia is not negligible in the arm."""
+    """Returns True if a link's impossible inertia is not negligible."""
     written = tree.description.mended[tree.key(body)][1]
     solid = [each.index() for each in bodies if each.default_mass() > 0.0]
     if not solid:
@@ -108,7 +118,7 @@ def _matters(tree: RobotTree, chain: Chain, context: Context, bodies: Sequence[R
     total = tree.plant.CalcSpatialInertia(context, chain.base.body_frame(), solid)
     largest = float(total.CalcRotationalInertia().get_moments().max())
     return (
-        not 0.0 < written.mass <= _HARDLY * float(total.get_mass())  # a link without a mass may have any mass
+        not 0.0 < written.mass <= _HARDLY * float(total.get_mass())  # without a stated mass, the true mass is unknown
         or float(np.abs(written.moments).max()) > _HARDLY * largest
     )
 
@@ -160,7 +170,7 @@ def _list_joint_faults(
 
 
 def _suggest(option: str, unit: str, chain: Chain, lacking: Sequence[int]) -> str:
-    """Suggests options that supply missing limits. ``lacking`` are the joints' places on the chain."""
+    """Suggests options that supply missing limits of joints, given by their indices on the chain."""
     names = [f"{chain.joints[k].name()}=VALUE" for k in lacking]
     given = "VALUE" if len(lacking) == len(chain.joints) else " ".join(names)
     ways = f"{option} {given} sets {unit}"
@@ -171,9 +181,9 @@ def _suggest(option: str, unit: str, chain: Chain, lacking: Sequence[int]) -> st
 
 
 def gather(faults: Iterable[tuple[str, str, str, str]]) -> list[tuple[str, str, str]]:
-    """Gathers faults whose problems differ only in their numbers.
+    """Groups faults whose problems differ only in their numbers.
 
-    A fault has kind of element and name, problem, and remedy. The first fault of each kind is returned with the names
+    A fault is a tuple of element, name, problem and remedy. The first fault of each group is returned, with the names
     of the others.
     """
     kinds: dict[tuple[str, str, str], list[tuple[str, str]]] = {}
@@ -190,7 +200,7 @@ def gather(faults: Iterable[tuple[str, str, str, str]]) -> list[tuple[str, str, 
 
 
 def _describe(tree: RobotTree, faults: Sequence[_Fault]) -> BadValueError:
-    """Describes all faults in one message, grouped by kind, with options that fix them."""
+    """Combines all faults in one error message, grouped by kind, with options that fix them."""
     found = gather((fault.element, fault.name, fault.problem, fault.way_out) for fault in faults)
     parts = [(where, f"{problem}{f'; {way_out}' if way_out else ''}") for where, problem, way_out in found]
     (where, first), *others = parts

@@ -15,9 +15,9 @@ from affordance.files.template import render_template
 from affordance.plant.load import HAND_FRAME
 
 BASE = "base"
-# Names that a joint of a written arm must not have: the hand frame's and the world's.
+# Reserved names that no joint of a written arm may have.
 RESERVED = (HAND_FRAME, "world")
-# The base is fixed to the world, so its inertia has no effect, but Drake requires one.
+# Drake requires an inertia for the base, although it has no effect because the base is fixed to the world.
 _BASE_INERTIAL = Inertial(1.0, (0.0,) * 3, (0.0,) * 3, (0.01, 0.01, 0.01, 0.0, 0.0, 0.0))
 _FILTERS: dict[str, Callable[..., str]] = {
     "text": escape,
@@ -31,7 +31,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
 
     Args:
         arm: Arm to write.
-        visuals: Shapes by name of the link, or ``base``.
+        visuals: Shapes for each link name, or for ``base``.
         source: Robot file and tip, named in a comment.
     """
     parts: list[tuple[Any, ...]] = [(name_base(arm), "", None, _BASE_INERTIAL, (), visuals.get(BASE, ()))]
@@ -41,7 +41,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
     frames = {HAND_FRAME: sum(describe_pose(arm.X_LH), ())}
     tip = name_tip(arm)
     if tip not in (*RESERVED, *(part[0] for part in parts)) and "::" not in tip:
-        frames[tip] = sum(describe_pose(arm.X_LT), ())  # so that it can also be the tip of a recording
+        frames[tip] = sum(describe_pose(arm.X_LT), ())  # lets recordings use it as the tip
     return render_template(
         "affordance.extensions.robots",
         "arm.sdf.j2",
@@ -56,7 +56,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
 
 
 def write_directives(arm: ReducedArm, home: Array) -> str:
-    """Formats directives that load the arm at home, [rad], with a fixed base."""
+    """Formats model directives that load the arm with a fixed base in its home posture, [rad]."""
     pairs = zip(arm.joint_names, home.tolist(), strict=True)
     angles = "\n".join(f"        {json.dumps(name, ensure_ascii=False)}: [{angle!r}]" for name, angle in pairs)
     (x, y, z), rpy = describe_pose(arm.X_WB)
@@ -78,17 +78,17 @@ def write_directives(arm: ReducedArm, home: Array) -> str:
 
 
 def name_base(arm: ReducedArm) -> str:
-    """Returns a name for the written base that no joint has. Names in an SDF must be unique."""
+    """Returns a name for the written base that differs from all joint names, because names in an SDF are unique."""
     return _find_unused(BASE, arm.joint_names)
 
 
 def name_tip(arm: ReducedArm) -> str:
-    """Returns a name for the written tip frame: the file's name, or a variant without clashes."""
+    """Returns the name of the written tip frame: the file's name, or a variant if it is already used."""
     return _find_unused(arm.options.tip, arm.joint_names)
 
 
 def name_links(arm: ReducedArm) -> list[str]:
-    """Lists the names of the written links: the file's names, changed only after clashes."""
+    """Returns the names of the written links: the file's names, changed only if they are already used."""
     taken = [*RESERVED, name_base(arm), *arm.joint_names]
     if not arm.X_LT.IsExactlyIdentity():
         taken.append(name_tip(arm))
@@ -105,9 +105,9 @@ def _find_unused(name: str, taken: Sequence[str]) -> str:
 
 
 def turn_base(X_WB: RigidTransform, R_WH: Array, height: float | None) -> RigidTransform:
-    """Turns the base about the vertical so that the hand points along Wx. The hand's axes are R_WH.
+    """Rotates the base about the vertical so that the hand, with axes R_WH, points along Wx.
 
-    ``height`` is above the world's origin, [m]; None keeps the file's height.
+    ``height`` is the height above the world's origin, [m]; None keeps the height in the file.
     """
     yaw = float(np.arctan2(R_WH[1, 0], R_WH[0, 0]))
     R_WB = X_WB.rotation()

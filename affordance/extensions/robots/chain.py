@@ -1,6 +1,6 @@
-"""Finds the joints of an arm from its tip to its base, and the ends of limbs.
+"""Finds the joints of an arm from its tip to its base, and the ends of all limbs.
 
-A limb is a series of joints up to the next branch. Its end can be a tip. Fingers are limbs at the end of another
+A limb is a series of joints up to the next branch, and its end can be a tip. Fingers are limbs at the end of another
 limb.
 """
 
@@ -14,11 +14,11 @@ from pydrake.multibody.tree import BodyIndex, Frame, Joint, RevoluteJoint, Rigid
 from affordance.exceptions import BadValueError
 from affordance.extensions.robots.tree import RobotTree
 
-# Fewest moving joints in series that count as another limb; a single joint is a neck or a gripper's finger.
+# Least number of moving joints in series that form a limb; a single joint is a neck or a gripper's finger.
 _LIMB = 2
-# An arm may begin below an unsuitable joint if it has at least this many joints; otherwise that joint is an error.
+# An arm with at least this many joints may begin below an unsuitable joint; otherwise that joint is an error.
 FEWEST_JOINTS = 3
-# Words in names of frames where an arm holds objects, the likeliest first (tool0 is ROS-Industrial's).
+# Words in names of tool frames, in order of preference (tool0 is ROS-Industrial's).
 _TOOL_WORDS = (
     "tcp",
     "tool",
@@ -29,17 +29,18 @@ _TOOL_WORDS = (
     "hand|palm",
     "(^|_)end(_|$)",
 )
-# Words in the names of sensors that are mounted next to the tool frame, and of parts of grippers.
+# Words in names of sensors mounted next to the tool frame, and of parts of grippers.
 _ASIDE = re.compile("cam|sensor|optical|imu|finger|jaw|servo", re.IGNORECASE)
-# A joint whose link, or whose own name, has one of these words moves a gripper's jaw, unless it turns the gripper.
+# A joint moves a gripper's jaw if the name of its link, or its own name, contains one of these words, unless the
+# joint rotates the gripper.
 _JAW = re.compile("jaw|finger|claw|thumb", re.IGNORECASE)
 _GRIPS = re.compile("grip|jaw|finger|claw|thumb", re.IGNORECASE)
 _TURNS = re.compile("roll|yaw|pitch|rot|turn|twist|wrist|base", re.IGNORECASE)
-# A last joint is also taken for a jaw if it turns to one side only, from within _SHUT of zero by _OPEN at most, and
-# has at most _WEAK of the effort limit of the joint above it. [rad, rad, 1]
+# A last joint also counts as a jaw if it rotates to one side only, from within _SHUT of zero by at most _OPEN, and if
+# its effort limit is at most _WEAK times that of the joint above it. [rad, rad, 1]
 _SHUT, _OPEN, _WEAK = 0.05, 0.5 * np.pi, 0.5
 _FOR_TOOLS = re.compile("|".join(_TOOL_WORDS), re.IGNORECASE)
-# Largest number of names listed, for one limb and in total.
+# Largest number of names in a message, per limb and in total.
 _OF_A_LIMB, _LISTED = 3, 12
 
 
@@ -55,24 +56,24 @@ _MOVES = {
 class Chain(NamedTuple):
     """Joints of an arm or limb."""
 
-    base: RigidBody  # body at the upper end of the joints, which is fixed to the world
+    base: RigidBody  # body above the first joint, which is fixed to the world
     joints: tuple[RevoluteJoint, ...]  # joints from base to tip, all revolute
     tip: Frame
-    why_base: str  # reason for this base, in words
-    # Unsuitable joint that ended the search before the base, and the reason; None if there is none.
+    why_base: str  # reason for the choice of the base, in words
+    # Unsuitable joint at which the search for the base ended, and the reason; None without one.
     obstacle: tuple[Joint, str] | None = None
-    above: str = ""  # sentence about the moving joint above the base that cannot be part of the arm, if there is one
+    above: str = ""  # sentence about an unsuitable moving joint above the base; empty without one
 
 
 def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
     """Finds the joints between tip and base.
 
-    Without a given base, the arm begins below the first prismatic or floating joint, or at the first link that
-    carries another limb, or else at the robot's root.
+    Without a given base, the arm begins below the first prismatic or floating joint, at the first link that carries
+    another limb, or at the robot's root.
 
     Raises:
         BadValueError: A name is unknown, the tip is on a finger, the base is not above the tip, or a joint between
-            them is not revolute or follows another (mimic).
+            them is not revolute or follows another joint (mimic).
     """
     path = tree.description.path
     if not tip_name:
@@ -122,15 +123,15 @@ def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
 
 
 def list_limbs(tree: RobotTree) -> list[dict[str, int]]:
-    """Lists the ends of each limb with their numbers of arm joints, longest limbs first.
+    """Lists the ends of each limb with their number of arm joints, longest limbs first.
 
-    Ends are links without a child link, and named frames. Links come before their sites. A hand is listed by its own
-    link, not by its fingers.
+    Ends are links without a child link, and named frames. Links precede their sites. A hand is listed with its own
+    link instead of its fingers.
     """
     links = [joint for joint in tree.joints_above.values() if joint.child_body().name() not in tree.description.sites]
     carriers = {joint.parent_body().index() for joint in links}
     found: dict[int, list[tuple[bool, str, int]]] = {}
-    beyond: dict[int, int] = {}  # largest number of joints that follow each joint
+    beyond: dict[int, int] = {}  # largest number of joints after each joint
     sites = tree.description.sites
     for frame in tree.list_frames():
         if frame.is_body_frame() and (frame.body().index() in carriers or frame.name() in sites):
@@ -138,7 +139,7 @@ def list_limbs(tree: RobotTree) -> list[dict[str, int]]:
         hand = _find_hand(tree, frame.body())
         limb = _climb_limb(tree, frame if hand is None else hand.body_frame())
         if limb.obstacle is None and len(limb.joints) >= FEWEST_JOINTS:
-            # Hands first, then massless links and named frames, which mark where tools are attached.
+            # Hands come first, then massless links and named frames, which mark where tools are attached.
             rank = hand is None and frame.is_body_frame() and frame.body().default_mass() > 0.0
             name = str(frame.name() if hand is None else hand.name())
             found.setdefault(int(limb.joints[-1].index()), []).append((rank, name, len(limb.joints)))
@@ -147,25 +148,25 @@ def list_limbs(tree: RobotTree) -> list[dict[str, int]]:
     limbs = [
         {name: count for _, name, count in sorted(set(of_limb))}
         for last, of_limb in found.items()
-        if beyond[last] <= 1  # a camera on a forearm is not the end of a limb; a jaw may follow the end
+        if beyond[last] <= 1  # skips cameras on a forearm; a jaw may follow an end
     ]
     return sorted(limbs, key=lambda limb: -max(limb.values()))
 
 
 def list_ends(tree: RobotTree) -> dict[str, int]:
-    """Lists the first end of each limb with its number of arm joints; see ``list_limbs``."""
+    """Lists the first ends of each limb with their number of arm joints (see ``list_limbs``)."""
     ends = {name: count for limb in list_limbs(tree) for name, count in list(limb.items())[:_OF_A_LIMB]}
     return dict(sorted(ends.items(), key=lambda item: -item[1]))
 
 
 def choose_tip(tree: RobotTree) -> tuple[str, str]:
-    """Chooses the tip of the longest limb, preferably a tool frame, else the hand.
+    """Chooses the tip of the longest limb, preferably a tool frame, otherwise the hand.
 
     Returns: Name of the tip, and a sentence that describes it and names the other ends. Both are empty if several
-        limbs are the longest.
+        limbs are equally long.
     """
     limbs = list_limbs(tree)
-    # A revolute finger ends a limb of its own, and its hand ends another.
+    # Revolute fingers form limbs of their own, which are ignored.
     limbs = [limb for limb in limbs if not all(map(_ASIDE.search, limb))] or limbs
     if not limbs or (len(limbs) > 1 and max(limbs[1].values()) == max(limbs[0].values())):
         return "", ""
@@ -173,7 +174,7 @@ def choose_tip(tree: RobotTree) -> tuple[str, str]:
     names = [*ends, *(site for site, link in sites.items() if link in ends)]
     at_end = [name for name in names if not _ASIDE.search(name)] or names
     for_tools = [name for name in at_end if _FOR_TOOLS.search(name)]
-    # A frame on the hand comes before one at its mount.
+    # Frames on the hand precede frames at its mount.
     tip = min(for_tools, key=lambda name: (not _is_on_hand(tree, name), *_rank_tool_frame(name)), default=at_end[0])
     link = sites.get(tip, tip)
     others = [name for name in names if name != tip]
@@ -187,7 +188,7 @@ def choose_tip(tree: RobotTree) -> tuple[str, str]:
 
 
 def _is_on_hand(tree: RobotTree, name: str) -> bool:
-    """Returns True if a frame other than the link's own is fixed to a hand with fingers."""
+    """Returns True if a frame, other than a link's own frame, is fixed to a hand with fingers."""
     frame = next(frame for frame in tree.list_frames() if frame.name() == name)
     carriers = [] if frame.is_body_frame() else [frame.body()]
     for joint in tree.climb(frame.body()):
@@ -198,10 +199,7 @@ def _is_on_hand(tree: RobotTree, name: str) -> bool:
 
 
 def _is_jaw(tree: RobotTree, joint: Joint) -> bool:
-    """Returns True if a joint moves a gripper's jaw.
-
-    This follows from names or, for the last joint, from its limits.
-    """
+    """Returns True if a joint moves a gripper's jaw, judging from names or, for the last joint, from limits."""
     if not joint.num_velocities() or _TURNS.search(joint.name()):
         return False
     if _JAW.search(joint.child_body().name()):
@@ -210,7 +208,7 @@ def _is_jaw(tree: RobotTree, joint: Joint) -> bool:
 
 
 def _closes(tree: RobotTree, joint: Joint) -> bool:
-    """Returns True if a joint opens to one side only, and is much weaker than the joint above."""
+    """Returns True if a joint rotates to one side only, and is much weaker than the joint above it."""
     above = next((each for each in tree.climb(joint.parent_body()) if each.num_velocities()), None)
     if above is None or not isinstance(joint, RevoluteJoint):
         return False
@@ -221,13 +219,13 @@ def _closes(tree: RobotTree, joint: Joint) -> bool:
 
 
 def _rank_tool_frame(name: str) -> tuple[int, int]:
-    """Ranks names of tool frames. A tool centre point comes before the flange that carries the gripper."""
+    """Ranks names of tool frames. A tool centre point precedes the flange that carries the gripper."""
     words = [k for k, word in enumerate(_TOOL_WORDS) if re.search(word, name, re.IGNORECASE)]
     return min(words, default=len(_TOOL_WORDS)), len(name)
 
 
 def describe_ends(tree: RobotTree, near: str = "") -> str:
-    """Describes the ends of limbs, or only those with names similar to ``near``."""
+    """Describes the ends of limbs, optionally only ends with a name similar to ``near``."""
     ends = list_ends(tree)
     named = [*ends, *(site for site, link in tree.description.sites.items() if link in ends)]
     close = difflib.get_close_matches(near, named, n=3, cutoff=0.4) if near else []
@@ -242,7 +240,7 @@ def describe_ends(tree: RobotTree, near: str = "") -> str:
 
 
 def _list_sites(tree: RobotTree, link: str) -> str:
-    """Lists the first sites of a link, which can also be tips. The text is empty if the link has no sites."""
+    """Lists the first sites of a link, which can also be tips. Empty without sites."""
     sites = [site for site, carrier in tree.description.sites.items() if carrier == link]
     if not sites:
         return ""
@@ -251,7 +249,7 @@ def _list_sites(tree: RobotTree, link: str) -> str:
 
 
 def _suggest_frames(tree: RobotTree, name: str) -> str:
-    """Lists links and frames with similar names, or else the first few."""
+    """Lists links and frames with similar names, otherwise the first few."""
     names = [str(frame.name()) for frame in tree.list_frames()]
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.4)
     return f"nearest: {', '.join(dict.fromkeys(near))}" if near else f"it has {', '.join(names[:_LISTED])}"
@@ -292,10 +290,10 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
 
 
 def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
-    """Finds the hand of a body that is part of a finger. Returns None for other bodies.
+    """Finds the hand that carries a finger's body. Returns None for other bodies.
 
     A finger is carried by a limb with at least as many joints. It branches off together with other fingers, or at a
-    joint at which no arm can branch off, or is a single jaw by its name.
+    joint where no arm can branch off, or its name is that of a single jaw.
     """
     finger = _climb_limb(tree, body.body_frame())
     jaw = next((joint for joint in tree.climb(body) if joint.num_velocities()), None)
@@ -321,13 +319,13 @@ def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
             break
     further = _find_hand(tree, carrier) if carrier.index() != body.index() else None
     if arm.obstacle is not None or len(arm.joints) < FEWEST_JOINTS or len(arm.joints) < own:
-        # The outer link of a finger hangs on the inner one, not on an arm.
+        # The outer link of a finger is carried by the inner link, not by an arm.
         return None if jaw is None and finger.obstacle is None else further
     return further or carrier
 
 
 def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
-    """Describes why a joint cannot belong to the arm. The text is empty if the joint can."""
+    """Explains why a joint cannot belong to an arm. Empty if it can."""
     mimic = tree.note(joint).mimic
     if mimic is not None:
         how = f"follows {mimic.leader} (mimic)" if mimic.leader else "is fixed by an equality"
@@ -338,18 +336,18 @@ def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
 
 
 def _describe_above(joint: Joint, problem: str) -> str:
-    """Describes the motion of a joint above the arm that makes it unsuitable."""
+    """Describes an unsuitable moving joint above the arm."""
     how = _MOVES.get(joint.type_name(), problem.split(",")[0])
     return f"above them {joint.name()} {how}, but an arm may have only revolute joints"
 
 
 def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:
-    """Lists the joints on a body except the joint towards ``down``."""
+    """Lists the joints on a body, except the joint ``down``."""
     above = {down.index(), *(joint.index() for joint in tree.climb(down.parent_body()))}
     return [joint for joint in tree.list_children(body) if joint.index() not in above]
 
 
 def _count_in_series(tree: RobotTree, joint: Joint) -> int:
-    """Counts the moving joints on the longest path from a joint to a leaf. The joint counts, too."""
+    """Counts the moving joints on the longest path from a joint to a leaf, including this joint."""
     below = [_count_in_series(tree, other) for other in tree.list_children(joint.child_body())]
     return int(joint.num_velocities() > 0) + max(below, default=0)

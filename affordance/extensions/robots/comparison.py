@@ -1,9 +1,9 @@
 """Compares two files of one robot, joint by joint. Their formats may differ.
 
-Link frames and base poses differ between formats. One arm is therefore laid over the other, with all joints at zero,
-from base to tip. Each axis is moved onto the corresponding axis, and the bodies on its link are compared there. A
-difference is thus reported once, at its place, and not again at every joint beyond it. As an independent check, mass
-matrices and torques of gravity are compared at random postures.
+Link frames and base poses differ between formats. The arms are therefore aligned from base to tip, with all joints at
+zero: each axis is moved onto the corresponding axis, and then the bodies on its link are compared. Each difference is
+thus reported once, at its joint, and not again at every joint after it. As an independent check, mass matrices and
+gravity torques are compared at random postures.
 """
 
 import math
@@ -29,16 +29,16 @@ from affordance.extensions.robots.tree import RobotTree, build_tree, freeze
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 
-# Relative difference above which numbers count as different: files round to three or four digits.
+# Relative difference above which numbers differ, because files round to three or four digits.
 TOLERANCE = 0.01
-# Absolute differences below these are rounding: a tenth of a gram, a millimetre and a degree, and in kg m^2.
+# Absolute differences up to which numbers are equal up to rounding: mass, length, angle, moment.
 _GRAM, _LENGTH, _ANGLE, _MOMENT = 1e-4, 1e-4, 2e-3, 1e-7
 _ROUNDING = {"mass": _GRAM, "lower": _ANGLE, "upper": _ANGLE, "rotor": _MOMENT}
-# Postures at which mass matrices and torques of gravity are compared.
+# Number of postures at which mass matrices and gravity torques are compared.
 POSTURES = 20
-# Sines of angles, and lengths [m], that are large enough to show how far a link is turned about its axis.
+# Sines of angles, and lengths [m], from which a link's rotation about its axis can be determined.
 _SHOWS, _SHOWS_LENGTH = 0.1, 1e-3
-# Numbers that files state; the others are distances between the arms.
+# Numbers in the files; the other names are distances between the aligned arms.
 STATED = ("mass", "lower", "upper", "velocity", "effort", "rotor")
 NAMES = {
     "axis": "axis (rad)",
@@ -58,7 +58,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class JointData:
-    """Joint with everything that moves with its link. Poses are in the world with all joints at zero."""
+    """Joint with everything that moves with its link, in the world frame with all joints at zero."""
 
     joint: str
     place: Array  # a point on the axis, (3,), [m]
@@ -70,51 +70,49 @@ class JointData:
     upper: float  # position limit, [rad]; infinite without one
     velocity: float | None  # velocity limit, [rad/s]; infinite without one; None if the format has none
     effort: float  # torque limit, [N m]; infinite without one
-    rotor: float | None  # reflected inertia of the rotor, [kg m^2]; None if the format seldom states it, and none is
+    rotor: float | None  # reflected rotor inertia, [kg m^2]; None if not given in a format that seldom does
 
 
 class ArmData(NamedTuple):
-    """Arm of a file, in the world with all joints at zero."""
+    """Arm from a file, in the world frame with all joints at zero."""
 
     joints: tuple[JointData, ...]
     tip: str
-    faults: tuple[str, ...]  # inertias that no solid can have, for which the nearest possible ones are used
+    faults: tuple[str, ...]  # impossible inertias, for which the nearest possible inertias are used
     p_tip: Array  # position of the tip, (3,), [m]
-    up: Array  # direction against gravity, (3,)
+    up: Array  # unit vector opposite to gravity, (3,)
     X_WB: RigidTransform  # pose of the base
-    # Mass matrix without rotors, (N, N), and torques of gravity, (N,), at joint angles, (N,), [rad].
+    # Computes the mass matrix without rotors, (N, N), and gravity torques, (N,), at joint angles, (N,), [rad].
     compute: Callable[[Array], tuple[Array, Array]]
 
 
 class Compared(NamedTuple):
-    """Corresponding joints of two arms."""
+    """Pair of corresponding joints."""
 
     one: JointData
     other: JointData
     apart: dict[str, float]  # distances between the arms, by name
-    differing: tuple[str, ...]  # names of what differs
+    differing: tuple[str, ...]  # names of the quantities that differ
 
 
 class Comparison(NamedTuple):
     """Differences between two arms."""
 
     joints: tuple[Compared, ...]
-    mass_matrix: (
-        float  # largest difference of an entry at random postures, relative to its row's and column's diagonal
-    )
-    gravity: float  # largest difference of a torque of gravity there, relative to the joint's largest
-    remarks: tuple[str, ...]  # what was not compared, or is no difference of the arms
+    mass_matrix: float  # largest difference of an entry at random postures, relative to the diagonal entries
+    gravity: float  # largest difference of a gravity torque there, relative to the joint's largest
+    remarks: tuple[str, ...]  # quantities that were not compared, and harmless differences
 
     @property
     def differs(self) -> bool:
-        """True if a joint differs, or the arms differ at random postures."""
+        """True if a joint differs, or the mass matrices or gravity torques differ."""
         return any(each.differing for each in self.joints) or max(self.mass_matrix, self.gravity) > TOLERANCE
 
 
 def read_joints(path: Path, tip: str = "") -> ArmData:
-    """Reads an arm up to a tip, by default the end of the longest limb. A folder must be written by ``import-arm``.
+    """Reads an arm up to a tip, by default the end of the longest limb, or from a folder of ``import-arm``.
 
-    Limits may be missing, and impossible inertias are replaced by the nearest possible inertias. Errors are as in
+    Limits may be missing, and impossible inertias are replaced with the nearest possible inertias. Errors are as in
     ``read_arm``.
     """
     tree = build_tree(read_robot(path / "arm.sdf" if path.is_dir() else path))
@@ -154,7 +152,7 @@ def read_joints(path: Path, tip: str = "") -> ArmData:
 
 
 def _find_up(folder: Path) -> Array:
-    """Finds the axis of an imported arm's base that points up."""
+    """Finds the vertical axis of an imported arm's base."""
     arm = load_arm(folder / ARM.name)
     base = arm.plant.GetJointByName(arm.joint_names[0]).parent_body().body_frame()
     up: Array = base.CalcPoseInWorld(arm.plant.CreateDefaultContext()).rotation().matrix()[2]
@@ -162,7 +160,7 @@ def _find_up(folder: Path) -> Array:
 
 
 def _make_model(tree: RobotTree, chain: Chain, context: Context, up: Array) -> Callable[[Array], tuple[Array, Array]]:
-    """Returns a function for a chain's mass matrix and gravity torques."""
+    """Returns a function that computes a chain's mass matrix and gravity torques."""
     plant, world, wrt = tree.plant, tree.plant.world_frame(), JacobianWrtVariable.kV
     rows, mass = [joint.velocity_start() for joint in chain.joints], plant.CalcTotalMass(context)
 
@@ -176,9 +174,12 @@ def _make_model(tree: RobotTree, chain: Chain, context: Context, up: Array) -> C
 
 
 def compare(one: ArmData, other: ArmData, *, same_tip: bool = False) -> Comparison:
-    """Compares the joints of two arms in order. Different numbers of joints raise a BadValueError.
+    """Compares the joints of two arms in order.
 
-    Tips are compared if ``same_tip``, or if their names are the same.
+    Tips are compared if ``same_tip`` is set, or if they have the same name.
+
+    Raises:
+        BadValueError: The arms have different numbers of joints.
     """
     counts = [len(arm.joints) for arm in (one, other)]
     if counts[0] != counts[1]:
@@ -195,7 +196,7 @@ def compare(one: ArmData, other: ArmData, *, same_tip: bool = False) -> Comparis
 
 
 def _list_stated(one: JointData, other: JointData) -> Iterator[str]:
-    """Lists the stated numbers that differ, by name. Numbers that a file's format cannot state are left out."""
+    """Lists the names of numbers that differ, except numbers that a file's format cannot contain."""
     for name in STATED:
         a, b = getattr(one, name), getattr(other, name)
         if a is None or b is None or a == b:
@@ -225,7 +226,7 @@ def _list_remarks(one: ArmData, other: ArmData, laid: "_Laid", *, same_tip: bool
 
 
 def _compare_models(one: ArmData, other: ArmData) -> tuple[float, float]:
-    """Computes the largest relative differences of mass matrices and gravity torques. Postures are random.
+    """Computes the largest relative differences of mass matrices and gravity torques at random postures.
 
     Differences that a shift of all masses by a tenth of a millimetre can cause count as rounding.
     """
@@ -246,10 +247,10 @@ def _compare_models(one: ArmData, other: ArmData) -> tuple[float, float]:
 class _Laid(NamedTuple):
     """Alignment of one arm with the other."""
 
-    apart: list[dict[str, float]]  # distances, by joint and name
-    differing: list[list[str]]  # names of those that are no rounding, by joint
-    X: RigidTransform  # moves the base of the one to that of the other
-    ways: list[list[float]]  # steps that might let more numbers agree
+    apart: list[dict[str, float]]  # distances by name, for each joint
+    differing: list[list[str]]  # names of distances that exceed rounding, for each joint
+    X: RigidTransform  # pose that maps the base of the first arm to the base of the second
+    ways: list[list[float]]  # shifts or rotations that may reduce the number of differences, for each step
 
     @property
     def number(self) -> int:
@@ -258,10 +259,10 @@ class _Laid(NamedTuple):
 
 
 def _lay_over(one: ArmData, other: ArmData, *, same_tip: bool) -> _Laid:
-    """Aligns one arm with the other so that few numbers differ.
+    """Aligns the first arm with the second so that few numbers differ.
 
-    Bases may differ, so the arm may be shifted along its first axis and turned about the vertical. Another zero of a
-    joint is one difference. Where an axis differs, the link may have turned with it or not.
+    The first arm may be shifted along its first axis and rotated about the vertical, because bases may differ. A
+    different zero of a joint counts as one difference. If an axis differs, the link may have rotated with it or not.
     """
     steps, unturned = [0.0] * (1 + len(one.joints)), frozenset[int]()
     laid, before = _lay(one, other, steps, unturned, same_tip=same_tip), math.inf
@@ -278,11 +279,10 @@ def _lay_over(one: ArmData, other: ArmData, *, same_tip: bool) -> _Laid:
 
 
 def _lay(one: ArmData, other: ArmData, steps: Sequence[float], unturned: frozenset[int], *, same_tip: bool) -> _Laid:
-    """Aligns one arm with the other for a given shift and given turns.
+    """Aligns the first arm with the second for given steps.
 
-    The shift is along the first axis, [m], the turns about each axis, [rad].
-
-    Links that are ``unturned`` are not turned from one axis to the other.
+    The first step is a shift along the first axis, [m]. The others are rotations about each axis, [rad]. The links
+    ``unturned`` are not rotated from the first arm's axis to the second arm's axis.
     """
     R = _turn_least(one.up, other.up)
     first, of_other = one.joints[0], other.joints[0]
@@ -290,7 +290,7 @@ def _lay(one: ArmData, other: ArmData, steps: Sequence[float], unturned: frozens
     is_upright = min(map(np.linalg.norm, flat)) < _ANGLE
     if not is_upright:
         R = _turn_about(other.up, _find_angle(other.up, *flat)) @ R
-    # Along the first axis the base is where the file has it, unless a step moves it.
+    # Along the first axis the base is at its position in the file, plus the first step.
     p = other.X_WB @ one.X_WB.inverse() @ first.place
     p = of_other.place + of_other.axis * (of_other.axis @ (p - of_other.place) + steps[0])
     t = p - R @ first.place
@@ -336,11 +336,11 @@ def _lay(one: ArmData, other: ArmData, steps: Sequence[float], unturned: frozens
 
 
 def _list_shifts(R: Array, t: Array, one: Sequence[JointData], other: Sequence[JointData]) -> Iterator[float]:
-    """Lists shifts along the first axis that align the second axis or the centre of mass."""
+    """Lists shifts along the first axis that align the second axes or the centres of mass."""
     (a, a_next), (b, b_next) = one, other
     heights = []
     for first, second in ((a, a_next), (b, b_next)):
-        # Place on the first axis that is nearest to the second: both differ by a multiple of the common normal.
+        # Point on the first axis nearest to the second axis: the points differ by a multiple of the common normal.
         across = np.cross(first.axis, second.axis)
         if np.linalg.norm(across) > _SHOWS:
             from_first = np.linalg.solve(
@@ -356,7 +356,7 @@ def _list_shifts(R: Array, t: Array, one: Sequence[JointData], other: Sequence[J
 def _list_spins(
     R: Array, t: Array, axis: Array, pair: tuple[JointData, JointData], following: tuple[JointData, JointData] | None
 ) -> Iterator[float]:
-    """Lists turns about an axis that align the next axis or the centre of mass."""
+    """Lists rotations about an axis that align the next axes or the centres of mass."""
     a, b = pair
     arrows = []
     if following is not None:
@@ -373,13 +373,13 @@ def _list_spins(
 
 
 def _cross_out(axis: Array, arrow: Array) -> Array:
-    """Returns the part of a vector perpendicular to a unit axis."""
+    """Computes the component of a vector perpendicular to a unit axis."""
     flat: Array = arrow - axis * (axis @ arrow)
     return flat
 
 
 def _find_angle(axis: Array, arrow: Array, onto: Array) -> float:
-    """Returns the angle about an axis between two perpendicular vectors."""
+    """Computes the angle about an axis between two vectors perpendicular to it."""
     return math.atan2(float(axis @ np.cross(arrow, onto)), float(arrow @ onto))
 
 
@@ -394,6 +394,6 @@ def _turn_least(arrow: Array, onto: Array) -> Array:
     sine, cosine = float(np.linalg.norm(across)), float(arrow @ onto)
     if sine < 1e-12 and cosine > 0.0:
         return np.eye(3)
-    if sine < 1e-12:  # any axis across the arrow
+    if sine < 1e-12:  # any axis perpendicular to the vector
         across = np.cross(arrow, np.eye(3)[int(np.argmin(np.abs(arrow)))])
     return _turn_about(across, math.atan2(sine, cosine))

@@ -1,8 +1,8 @@
-"""Adapts path, blow and objects to an arm with easier variants, and reports every change.
+"""Adapts path, blow and objects to what an arm can do, and reports every change.
 
-Variants have a fixed order. The path is tried unchanged, mirrored, slower and finally smaller. The blow is tried
-unchanged, slower and less deep. Objects are scaled only if the arm cannot hold them. Variants are planned as in the
-experiments, with true densities; feasible plans are then simulated by functions that the caller passes.
+Variants are tried in a fixed order. The path is tried unchanged, mirrored, slower and finally smaller. The blow is
+tried unchanged, slower and less deep. Objects are scaled only if the arm cannot hold them. Variants are planned as in
+the experiments, with true densities. Feasible plans are then simulated with functions of the caller.
 """
 
 import math
@@ -35,23 +35,23 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.reporting.formatting import format_beside
 from affordance.settings import Settings
 
-# Key that stands for all lengths of the objects in a tools file; its values are factors.
+# Key for all lengths of the objects in a tools file; its values are scale factors.
 SIZE_OF_TOOLS = "size"
 _LENGTHS = ("tools.*.components.*.semi_axes", "tools.*.components.*.position", "tools.*.grips.*.position")
 PATH, NAIL, CARRY = "paths/reach.yaml", "nail.yaml", "tasks/carry.yaml"
 _HELD = ("tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml")
 _ALL_TOOLS = (*_HELD, "tools/uncommon.yaml")
-# Factors on the duration of a path, and on its size if slowing down is not enough.
+# Factors of a path's duration, and of its size if slowing down is not enough.
 _PACES, _SIZES = (1.0, 1.25, 1.5, 2.0, 3.0), (1.0, 0.75, 0.5, 0.35)
 _SWING_PACES, _CARRYING_PACES = (1.0, 1.5, 2.0), (1.0, 1.5)
-# Factors on the size of objects, and the largest static load in the home posture that leaves enough torque for
-# motion, as a fraction of a joint's torque limit.
+# Factors of the size of objects, and the largest static load at home that leaves enough torque for motion, as a
+# fraction of a joint's torque limit.
 _FACTORS, _ENOUGH = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4), 0.8
-_STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
+_STEP_OF_DEPTH = 1e-4  # depths are multiples of 0.1 mm
 
 
 class Change(NamedTuple):
-    """Change of a value in a task file, with its reason. A new value of None removes the key."""
+    """Change of a value in a task file, with its reason. The new value None removes the key."""
 
     file: str
     key: str
@@ -75,7 +75,7 @@ def show(value: Any) -> str:
 
 
 def apply_changes(models: Path, changes: Sequence[Change]) -> None:
-    """Writes changes into the files of a model folder. Each has a comment at the top of its file.
+    """Applies changes to the files of a model folder, with a comment at the top of each changed file.
 
     Keys are paths such as ``blow.duration``, or SIZE_OF_TOOLS.
     """
@@ -95,7 +95,7 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
 
 
 def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> None:
-    """Changes the value at a path of keys. ``*`` selects all values, and absent keys are ignored."""
+    """Changes the value at a path of keys. ``*`` selects all values, and missing keys are ignored."""
     first, rest = keys[0], keys[1:]
     if first == "*":
         for entry in content.values() if isinstance(content, dict) else content:
@@ -110,20 +110,20 @@ def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> No
 
 
 def _scale(factor: float, value: Any) -> Any:
-    """Multiplies a number, or every number of a list, keeping six significant digits."""
+    """Multiplies a number, or all numbers of a list, and rounds to six significant digits."""
     if isinstance(value, list):
         return [_scale(factor, entry) for entry in value]
     return float(f"{value * factor:.6g}")
 
 
 class Fitted(NamedTuple):
-    """Changes that adapt tasks to an arm, and reasons why tasks are infeasible, by task name."""
+    """Changes that adapt tasks to an arm, and the reasons why tasks are infeasible, for each task name."""
 
     changes: tuple[Change, ...]
     lacks: dict[str, str]
 
 
-# Functions that simulate a task with a tool and describe what goes wrong; empty if nothing does.
+# Functions that simulate a task with a tool and describe the fault; empty without a fault.
 type SimulatePath = Callable[[Tool, TimedPath, Settings], str]
 type SimulateBlow = Callable[[Tool, Hammer, BlowCost, Settings], str]
 
@@ -140,7 +140,7 @@ class Holding(NamedTuple):
 
     load: float  # largest fraction of a torque limit
     joint: str
-    object_name: str  # object that causes it; empty for the empty hand
+    object_name: str  # object that causes this load; empty for the empty hand
     mass: float  # mass of that object, [kg]
 
 
@@ -150,7 +150,7 @@ def fit_tasks(
     simulate_blow: SimulateBlow,
     tell: Callable[[str], None] = lambda step: None,
 ) -> Fitted:
-    """Adapts the tasks of a model folder to its simulated arm. Infeasible tasks stay unchanged.
+    """Adapts the tasks of a model folder to its simulated arm. Infeasible tasks remain unchanged.
 
     ``tell`` is called with the name of each task before it is adapted.
     """
@@ -174,7 +174,7 @@ def fit_tasks(
 
 
 def list_held(models: Path, files: Sequence[str] = _HELD) -> list[Tool]:
-    """Lists all objects as held. Novel objects appear once for each grip."""
+    """Lists all held objects. Novel objects appear once per grip."""
     materials = load_materials(models / "materials.yaml")
     tools = [tool for file in files for tool in load_tools(models / file, materials)]
     return [held for tool in tools for held in ([tool.gripped_by(grip) for grip in tool.grips] or [tool])]
@@ -185,7 +185,7 @@ def measure_holding(models: Path, factor: float = 1.0) -> Holding:
     arm = load_arm(models / ARM.name)
     static = StaticHold(arm)
     empty = arm.limits.compute_loads(static.tau_arm)
-    # Mass scales with the third power of size, first moments with the fourth, moments of inertia with the fifth.
+    # Mass is proportional to the third power of size, first moments to the fourth, moments of inertia to the fifth.
     growth = factor ** np.array([3.0, *[4.0] * 3, *[5.0] * 6])
     found = Holding(float(empty.max()), arm.joint_names[int(np.argmax(empty))], "", 0.0)
     for tool in list_held(models):
@@ -229,7 +229,7 @@ def fit_carry(models: Path) -> TaskFit:
     assert isinstance(asked, Carry)
     model = ArmModel(load_arm(settings.arm))
     tools = list_held(models, ("tools/novel.yaml",))
-    # An object that overloads the arm at rest at the start cannot be carried along any path.
+    # An object that overloads the resting arm at the start cannot be carried along any path.
     if lack := _find_lack_of_carrying(model, Keep(asked.duration, asked.path.start), tools, settings):
         return TaskFit((), lack)
 
@@ -242,7 +242,7 @@ def fit_carry(models: Path) -> TaskFit:
 def _fit_easier(
     file: str, asked: TimedPath, paces: Sequence[float], find_lack: Callable[[TimedPath], str]
 ) -> TaskFit:
-    """Finds the first feasible path among the given path and ever easier ones."""
+    """Finds the first feasible path, from the given path to increasingly easy variants."""
     first_lack = ""
     for path, why in asked.list_easier(paces, _SIZES):
         lack = find_lack(path)
@@ -254,10 +254,7 @@ def _fit_easier(
 
 
 def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[Tool], settings: Settings) -> str:
-    """Describes why some tool cannot be carried.
-
-    The text is empty if all can be carried. All are carried along the same motion.
-    """
+    """Explains which tool cannot be carried along a motion. Empty if all can be carried."""
     try:
         cost = task.build_cost(model, tools[0].components, settings)
     except AffordanceError as error:
@@ -268,9 +265,9 @@ def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[
 def _find_lack(
     model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings, simulate: SimulatePath
 ) -> str:
-    """Describes why a path cannot be followed with some tool. The text is empty if it can be followed with all.
+    """Explains why a path cannot be followed with some tool. Empty if it can be followed with all.
 
-    The tool that fails moves to the front of the list, because it probably fails on the next path too.
+    A tool that fails is moved to the front of the list, because it will probably fail on the next path too.
     """
     # A feasible plan may still fail in simulation, for example where joint limits slow the arm down.
     for find in (partial(_find_lack_of_plan, model), simulate):
@@ -292,7 +289,7 @@ def _find_lack_of_plan(model: ArmModel, tool: Tool, path: TimedPath, settings: S
 
 
 def _describe_overload(model: ArmModel, cost: MotionCost, tool: Tool) -> str:
-    """Names the joint that a tool overloads during a motion. The text is empty if there is none."""
+    """Names the joint that a tool overloads during a motion. Empty without one."""
     loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
     if loads.max() <= 1.0:
         return ""
@@ -309,7 +306,7 @@ def _list_path_changes(file: str, old: TimedPath, new: TimedPath, why: str) -> I
 
 
 def fit_blow(models: Path, simulate: SimulateBlow) -> TaskFit:
-    """Finds a nail depth and swing duration that are feasible with every novel object, by each of its grips.
+    """Finds a nail depth and swing duration that are feasible with every novel object in every grip.
 
     A blow is feasible if it can be planned and, in a simulation with contact, drives the nail with the required
     force. Simulation takes most of the time, so the swing with the deepest plan is simulated first.
@@ -339,12 +336,12 @@ def fit_blow(models: Path, simulate: SimulateBlow) -> TaskFit:
 
 
 class _PlannedBlow(NamedTuple):
-    """Planned blow of one duration, to the greatest depth that all tools can reach."""
+    """Planned blow with one duration, to the greatest depth that is feasible with all tools."""
 
     task: Hammer
     depth: float  # [m]
     reason: str  # why the required depth is not reached; empty if it is
-    costs: dict[tuple[str, str], BlowCost]  # plans for the required depth, by tool and grip
+    costs: dict[tuple[str, str], BlowCost]  # plans for the required depth, for each tool and grip
 
 
 def _list_blow_changes(asked: Hammer, plan: _PlannedBlow, lack: str) -> Iterator[Change]:
@@ -355,9 +352,10 @@ def _list_blow_changes(asked: Hammer, plan: _PlannedBlow, lack: str) -> Iterator
 
 
 def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> _PlannedBlow:
-    """Plans blows of one duration with every tool. Planning stops at a tool whose depth is at most ``least``, [m].
+    """Plans blows with one duration for every tool, until a tool reaches at most the depth ``least``, [m].
 
-    The tool that reaches the least depth moves to the front of the list, because it probably does so again.
+    The tool with the smallest depth is moved to the front of the list, because it will probably limit the next plan
+    too.
     """
     model, depth, reason = ArmModel(load_arm(settings.arm)), task.nail.depth_demanded, ""
     costs: dict[tuple[str, str], BlowCost] = {}
@@ -378,7 +376,7 @@ def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: f
 def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, simulate: SimulateBlow) -> str:
     """Simulates a blow with every tool. Returns the first fault, or an empty text.
 
-    The tool that fails moves to the front of the list, because it probably fails in the next blow too.
+    A tool that fails is moved to the front of the list, because it will probably fail in the next blow too.
     """
     model, task, costs = ArmModel(load_arm(settings.arm)), plan.task, plan.costs
     if plan.depth < task.nail.depth_demanded:  # a different depth needs a new plan
@@ -393,10 +391,7 @@ def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, s
 
 
 def _bound_depth(cost: BlowCost, tool: Tool) -> float:
-    """Computes the planned depth, [m], rounded down to 0.1 mm.
-
-    The result is the required depth, or else the greatest feasible depth.
-    """
+    """Computes the required depth or the greatest feasible depth, [m], rounded down to 0.1 mm."""
     nail = cost.nail
     if cost.infeasible_reason:
         return nail.depth_set

@@ -1,9 +1,7 @@
-"""Finds a home posture with the hand level, pointing away from the shoulder.
-
-The posture is far from singularities and limits.
+"""Finds a home posture with a level hand that points away from the shoulder, far from singularities and limits.
 
 The arm reaches out to 90 % of its length, or less if it could not support objects there. The direction of reach is
-free, because the base is turned afterwards. Frames: H the hand, S the shoulder, at the second joint.
+free, because the base is rotated afterwards. Frames: H is the hand; S is the shoulder, at the second joint.
 """
 
 import itertools
@@ -27,24 +25,24 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.rank_loss import compute_mobility
 
-# Distances of the hand as fractions of the arm's length, tried from far to near.
+# Distances of the hand from the shoulder as fractions of the arm's length, in the order of trial.
 _REACHES = (0.9, 0.8, 0.7, 0.6, 0.5)
-# Payload for comparing postures, as heavy as the heavier objects, [kg], and its distance from the hand, [m].
+# Payload for comparing postures, typical of heavy objects, [kg], and its distance from the hand, [m].
 TEST_MASS, TEST_DISTANCE = 0.8, 0.125
-# The first reach that loads no joint beyond this fraction of its torque limit is used; the rest is for motion.
+# Largest static load of a joint as a fraction of its torque limit; the remaining torque is for motion.
 _ENOUGH = 0.8
-# Half angles of the cones within which the hand must point away from the shoulder; the second is used if there is no
-# posture within the first. Clearance of joints from their limits. All [rad].
+# Half angles of cones within which the hand must point away from the shoulder, the second if the first contains no
+# posture, and distance of joints from their limits, [rad].
 _CONES, _CLEARANCE = np.radians([20.0, 60.0]), np.radians(10.0)
-# A posture is nearly singular if the least singular value of the hand's Jacobian is below this fraction of the arm's
-# length.
+# A posture is nearly singular if the smallest singular value of the hand's Jacobian is below this fraction of the
+# arm's length.
 _LEAST_SINGULAR = 0.03
-# Weight of the mean squared distance of joints from mid-range, relative to the load.
+# Weight of the joints' mean squared distance from mid-range, relative to the load.
 _OFF_CENTRE = 0.1
 _STARTS, _SAMPLES, _SEED = 16, 1500, 0
 # Angle between the hand's z and up within which the hand counts as upright, [rad].
 UPRIGHT = np.radians(1.0)
-# Joints needed to reach any position with a level hand; with fewer, whether a posture exists depends on the arm.
+# Least number of joints with which every arm reaches any position with a level hand.
 _FEWEST_FREE = 5
 # Half range assumed for a joint without limits, [rad].
 _ENDLESS = np.pi
@@ -56,18 +54,18 @@ class HomePosture(NamedTuple):
     q: Array  # joint angles, (num_joints,), [rad]
     load: float  # largest fraction of a torque limit, with TEST_MASS in the hand
     empty_load: float  # largest fraction of a torque limit with an empty hand
-    own: Array  # static torques for the arm's own weight, (num_joints,), [N m]
+    own: Array  # static torques due to the arm's own weight, (num_joints,), [N m]
     payload: float  # largest mass supported at rest, centred at TEST_DISTANCE from the hand, [kg]
     weakest: str  # joint that limits the payload
     payload_in_hand: float  # largest mass supported at rest, centred at the hand's origin, [kg]
     reach: float  # distance from shoulder to hand, as a fraction of the arm's length
     length: float  # length of the arm from the shoulder, [m]
-    smallest_singular_value: float  # least singular value of the Jacobian of the hand's position, [m/rad]
+    smallest_singular_value: float  # smallest singular value of the Jacobian of the hand's position, [m/rad]
     tilt: float  # angle between the hand's z and up, [rad]
 
 
 def plant_arm(arm: ReducedArm) -> Arm:
-    """Builds the plant of an extracted arm as it will be written. Bad numbers raise Drake's RuntimeError."""
+    """Builds the plant of an extracted arm as it will be written. Invalid numbers raise Drake's RuntimeError."""
     plant = MultibodyPlant(0.0)
     parser = Parser(plant)
     parser.SetStrictParsing()
@@ -82,15 +80,15 @@ def plant_arm(arm: ReducedArm) -> Arm:
 
 
 def get_shoulder(arm: Arm) -> Frame:
-    """Returns the shoulder frame at the second joint. An arm with a single joint has it at that joint."""
+    """Returns the shoulder frame, at the second joint or, for a single joint, at that joint."""
     shoulder: Frame = arm.plant.GetJointByName(arm.joint_names[:2][-1]).frame_on_parent()
     return shoulder
 
 
 def compute_static_torques(model: ArmModel, q: Array, mass: float, distance: float = TEST_DISTANCE) -> Array:
-    """Computes static torques with a payload, (num_joints,), [N m].
+    """Computes static torques, (num_joints,), [N m], with a payload in front of the hand.
 
-    The payload's mass, [kg], is at a distance, [m], from the hand.
+    The mass is in [kg], its distance from the hand in [m].
     """
     model.set_posture(q)
     J = model.compute_point_jacobian(np.array([distance, 0.0, 0.0]))
@@ -98,9 +96,9 @@ def compute_static_torques(model: ArmModel, q: Array, mass: float, distance: flo
 
 
 def _compute_payload(model: ArmModel, q: Array, own: Array, distance: float) -> tuple[float, str]:
-    """Computes the largest mass that an arm can hold at rest, [kg]. The mass is at a distance, [m], from the hand.
+    """Computes the largest mass, [kg], that an arm can hold at rest at a distance, [m], from the hand.
 
-    ``own`` are the torques for the arm's own weight, [N m].
+    ``own`` are the torques due to the arm's own weight, [N m].
 
     Returns: The mass, [kg], and the joint that limits it.
     """
@@ -112,12 +110,12 @@ def _compute_payload(model: ArmModel, q: Array, own: Array, distance: float) -> 
 
 
 def compute_tilt(R_WH: Array) -> float:
-    """Computes the angle between the hand's z and up, [rad]. The hand's axes are R_WH, (3, 3)."""
+    """Computes the angle between the vertical and the hand's z, [rad], from its axes R_WH, (3, 3)."""
     return float(np.arccos(np.clip(R_WH[2, 2], -1.0, 1.0)))
 
 
 def find_home(model: ArmModel, given: Mapping[str, float], *, is_rolled: bool = False) -> HomePosture:
-    """Finds the home posture. Joints in ``given``, [rad], stay fixed.
+    """Finds the home posture. Joints in ``given`` are fixed at these angles, [rad].
 
     If the hand's roll is known (``is_rolled``), postures with the hand's z up are searched first, then others.
 
@@ -149,7 +147,7 @@ def find_home(model: ArmModel, given: Mapping[str, float], *, is_rolled: bool = 
 
     if not np.isnan(fixed).any():
         return measure(fixed)
-    found: list[tuple[bool, float, HomePosture]] = []  # whether it is nearly singular, cost, posture
+    found: list[tuple[bool, float, HomePosture]] = []  # (is nearly singular, cost, posture)
     for z_is_up, cone in itertools.product((True, False) if is_rolled else (False,), _CONES):
         if found:
             break
@@ -191,7 +189,7 @@ def _solve(
     cone: float,
     z_is_up: bool,
 ) -> Array | None:
-    """Solves for a level, outward-pointing posture closest to mid-range. The hand is at a given distance.
+    """Finds the level, outward-pointing posture closest to mid-range, with the hand at a given distance.
 
     With ``z_is_up`` the hand's z must also point up. Returns None if the solver finds no such posture.
     """
@@ -208,7 +206,7 @@ def _solve(
         solver.AddAngleBetweenVectorsConstraint(world, up, hand, aside, level, level)
         solver.AddAngleBetweenVectorsConstraint(world, up, hand, up, 0.0, level)
     solver.AddPointToPointDistanceConstraint(shoulder, origin, hand, origin, distance, distance)
-    # Seen backwards along the hand, the shoulder must be within the cone.
+    # Looking backwards along the hand, the shoulder must be within the cone.
     solver.AddGazeTargetConstraint(hand, origin, -ahead, shoulder, origin, cone)
     result = SnoptSolver().Solve(program, guess)
     return result.GetSolution(q) if result.is_success() else None

@@ -1,4 +1,4 @@
-"""Extracts an arm from a robot's file with the import options, without writing files."""
+"""Extracts an arm from a robot's file according to the import options, without writing files."""
 
 import math
 from collections.abc import Sequence
@@ -22,10 +22,10 @@ from affordance.extensions.robots.tree import build_tree, check_posture, freeze
 from affordance.plant.arm_model import ArmModel
 
 AXES = ("x", "y", "z", "-x", "-y", "-z")
-# A mass matrix counts as singular if its least eigenvalue is less than this fraction of the largest, for example if
-# a massless link turns about its own axis.
+# A mass matrix is singular if its smallest eigenvalue is below this fraction of the largest, for example if a
+# massless link rotates about its own axis.
 _LEAST_EIGENVALUE = 1e-12
-# Sine of the angle between the hand's x and the vertical, 10 degrees, below which no roll can turn the hand's z up.
+# Sine of the angle between the hand's x and the vertical, 10 degrees, below which no roll turns the hand's z up.
 _VERTICAL = 0.17
 # A smaller roll is a rounding error, [rad].
 _NO_ROLL = 1e-9
@@ -52,8 +52,8 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
 def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePosture]:
     """Extracts an arm from a robot's file, with a home posture.
 
-    The base is turned so that the hand points along Wx at home. Without a given roll, the hand is turned about its x
-    so that its z is up at home. With a roll, home postures with the hand's z up are searched.
+    The base is rotated so that the hand points along Wx at home. Without a given roll, the hand is rotated about its
+    x so that its z is up at home. With a given roll, home postures with the hand's z up are preferred.
 
     Raises:
         BadValueError: The file or an option is invalid or incomplete; the message names fault and place.
@@ -64,7 +64,7 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
         raise BadValueError(path, f"joint {taken[0]}", "has a name that is reserved for the hand or the world")
     try:
         model = ArmModel(plant_arm(arm))
-    except RuntimeError as error:  # values too large or small for a valid arm
+    except RuntimeError as error:  # values that are too large or small
         raise ModelFileError(path, f"gives an arm that Drake rejects: {error}") from error
     _check_mass_matrix(path, arm, model)
     try:
@@ -83,12 +83,10 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
 
 
 def compute_roll(R_WH: Array) -> float:
-    """Computes the angle about the hand's x that turns its z up, [rad].
+    """Computes the rotation about the hand's x that turns its z up, [rad]; zero if x is vertical.
 
-    The angle is zero if the hand points up or down.
-
-    With c and s the cosine and sine of the angle, the turned z axis is c z - s y. It is highest if (c, s) is parallel
-    to the heights of (z, -y).
+    With c and s the cosine and sine of the angle, the rotated z axis is c z - s y. It is highest if (c, s) is
+    parallel to the heights of (z, -y).
     """
     y_up, z_up = R_WH[2, 1:]
     if np.hypot(y_up, z_up) < _VERTICAL:
@@ -100,11 +98,13 @@ def compute_roll(R_WH: Array) -> float:
 
 
 def parse_values(option: str, words: Sequence[str], *, unit: str = "", may_be_zero: bool = True) -> dict[str, float]:
-    """Parses words such as ``elbow=0.3`` into values by joint.
+    """Parses words such as ``elbow=0.3`` into a value for each joint.
 
-    With a unit, a word can also be a number alone, which applies to every joint (the empty name), and values must be
-    positive, or zero if ``may_be_zero``. A value out of these bounds, a word of another form, or a joint named twice
-    raises a BadValueError.
+    With a unit, a word can also be a number alone, which applies to every joint (the empty name). Values with a unit
+    must be positive, or zero if ``may_be_zero``.
+
+    Raises:
+        BadValueError: A value is out of bounds, a word has another form, or a joint is named twice.
     """
     values: dict[str, float] = {}
     for word in words:
@@ -128,7 +128,7 @@ def parse_values(option: str, words: Sequence[str], *, unit: str = "", may_be_ze
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, model: ArmModel) -> None:
-    """Checks that every joint of an arm moves some inertia."""
+    """Checks that every joint of an arm moves a body with inertia."""
     model.set_posture(np.linspace(0.1, 1.0, len(arm.links)))
     values, vectors = np.linalg.eigh(model.compute_mass_matrix())
     if not values[0] > _LEAST_EIGENVALUE * values[-1]:

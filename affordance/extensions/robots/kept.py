@@ -1,7 +1,4 @@
-"""Imports an arm into a model folder, and caches imports.
-
-The cache key contains file, included files and options.
-"""
+"""Imports arms into model folders, and caches them by file, included files and options."""
 
 import hashlib
 import json
@@ -39,19 +36,19 @@ from affordance.robot import Robot
 from affordance.simulation.blow import describe_blow_fault
 from affordance.simulation.rollout import describe_path_fault
 
-# How to make import options, for error messages.
+# Hint about import options in error messages.
 _OPTIONS = "ImportOptions(tip=NAME) makes some"
 _PROGRAM = Path(__file__).resolve().parent
 # Files and folders copied from the program's own models.
 _TASK_FILES = ("package.xml", "materials.yaml", "faults.yaml", "nail.yaml", "tools", "paths", "tasks")
-# Files and keys that hold start postures of tasks.
+# Files and keys of start postures.
 _STARTS = (
     ("paths/reach.yaml", "start"),
     ("paths/mash.yaml", "start"),
     ("nail.yaml", "blow.start"),
     ("tasks/carry.yaml", "start"),
 )
-# File with a digest of all other files of a cached import, written last.
+# File with a digest of all other files of a cached import. It is written last.
 _SEAL = "sha256.txt"
 _STUCK_JOINT = "stuck_sensor.stuck_joint"
 
@@ -73,7 +70,7 @@ def import_arm(
         folder: Destination; must not exist, or be empty.
         with_meshes: True to draw the robot's meshes.
         fits_tasks: True to adapt paths, blow and objects to what the arm can do.
-        tell: Function that is called with a description of each step, before it.
+        tell: Function that is called with a description of each step before the step.
 
     Returns: Lines for the user: the extracted arm, warnings, changes, and infeasible tasks.
 
@@ -106,8 +103,8 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     """Returns the cached model folder of an arm, after importing it if necessary.
 
     The folder's name contains a digest of the file and its includes, the options, the program's own tasks and the
-    importer's code, so the folder equals a new import. Meshes enter the digest only by name. A folder that was
-    changed or damaged is set aside, and imported again.
+    importer's code, so the folder equals a new import. Only the names of meshes enter the digest. A changed or
+    damaged folder is renamed, and the arm is imported again.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
     files = [
@@ -123,7 +120,7 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     seal = folder / _SEAL
     if folder.exists() and seal.is_file() and _digest(folder) != read_text(seal, SETTINGS):
         quarantine(folder, "was changed since it was imported")
-    if not seal.is_file():  # none, or an import was broken off
+    if not seal.is_file():  # missing if an import was interrupted
         if folder.exists():
             shutil.rmtree(folder)
         import_arm(path, options, folder)
@@ -142,12 +139,12 @@ def _digest(folder: Path) -> str:
 
 
 def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> Robot:
-    """Opens a robot from a model folder, or from a robot's file. A file is imported once and cached.
+    """Opens a robot from a model folder or a robot's file. A file is imported once and cached.
 
     Args:
-        path: Folder that ``import_arm`` wrote, or URDF, SDF or MJCF file; None for the paper's arm.
+        path: Folder from ``import_arm``, or URDF, SDF or MJCF file; None for the paper's arm.
         options: Import options for a robot's file; must be the defaults, ``ImportOptions("")``, for a folder.
-        root: Folder that contains the cached imports.
+        root: Folder of the cached imports.
 
     Raises:
         BadValueError: The path is neither a folder nor a file, the folder contains no arm, the file or an option is
@@ -185,7 +182,8 @@ def write_folder(
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BadValueError("--out", "", f"is {str(folder)!r}, which is not an empty folder")
     appearance = draw_arm(arm, with_meshes=with_meshes)
-    # Atomic: written to a temporary folder next to the destination, then moved there.
+    # Files are written to a temporary folder next to the destination and then moved, so that no partial folder
+    # remains.
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         making = Path(tempfile.mkdtemp(prefix=".importing.", dir=folder.parent))
@@ -213,7 +211,7 @@ def write_folder(
 
 
 def _list_strange_starts(models: Path, arm: ReducedArm) -> Iterator[Change]:
-    """Lists removals of start postures that name joints of other arms. The tasks then start in the home posture."""
+    """Lists changes that remove start postures with joints of other arms. The tasks then start at home."""
     for file, key in _STARTS:
         value = read_yaml(models / file)
         for part in key.split("."):

@@ -1,6 +1,6 @@
-"""Visual shapes of an arm: simple shapes, meshes as OBJ, or capsules.
+"""Chooses visual shapes of an arm: simple shapes, meshes as OBJ, or capsules.
 
-Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF. Meshes are therefore converted to OBJ, one per colour. Their
+Meshes are converted to OBJ, one per colour, because Meshcat draws OBJ and DAE, and Drake's renderer OBJ and glTF. The
 number of triangles is limited to keep HTML pages with the arm small.
 """
 
@@ -22,9 +22,9 @@ from affordance.objects.drake_geometry import write_obj
 
 # Largest number of triangles per link; nine links then add about a megabyte to a page.
 _TRIANGLES = 4000
-# Least number of triangles per colour if a link has several colours.
+# Least number of triangles per colour of a link with several colours.
 _FEWEST = 12
-# Colours that differ by less than this in every channel are drawn as one.
+# Colour difference, in every channel, below which two colours are drawn as one.
 _COLOUR_STEP = 0.1
 _GREY = (0.70, 0.74, 0.78, 1.0)
 # Radius of capsules as a fraction of their length, and its bounds, [m].
@@ -33,24 +33,21 @@ _THICKNESS, _THINNEST, _THICKEST = 0.12, 0.012, 0.045
 _DIGITS = 5
 _FOLDER = "meshes"
 
-# Bounds of the cell width, as fractions of the mesh's diagonal, and number of bisections that determine it to 1 %.
-# The coarsest grid has a single cell, and no triangle.
+# Bounds of the cell width, as fractions of the mesh's diagonal, and number of bisections, which determine it to 1 %.
+# The coarsest grid has a single cell and no triangle.
 _FINEST, _COARSEST, _HALVINGS = 1.0 / 5000.0, 1.01, 11
-# Singular values below this fraction of the largest are ignored; in those directions the vertex stays at the mean.
+# Singular values below this fraction of the largest are ignored, and the vertex is at the mean in their directions.
 _LEAST_SINGULAR = 1e-2
 # Largest number of cells along an axis that fits a 64-bit key.
 _MOST_CELLS = 1 << 20
 
-type _Part = tuple[Any, tuple[float, ...]]  # mesh, and its colour
+type _Part = tuple[Any, tuple[float, ...]]  # mesh and its colour
 type _Indices = NDArray[np.intp]
 
 
 @dataclass
 class Appearance:
-    """Shapes by link of the written arm, mesh texts by file name, and remarks.
-
-    Remarks are about shapes that differ from the file.
-    """
+    """Shapes for each link of the written arm, OBJ texts for each file, and remarks on differences from the file."""
 
     visuals: dict[str, list[Visual]] = field(default_factory=dict)
     meshes: dict[str, str] = field(default_factory=dict)
@@ -58,7 +55,7 @@ class Appearance:
 
 
 def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
-    """Chooses the shapes of each link, from the file if possible, else capsules."""
+    """Chooses the shapes of each link: shapes of the file if possible, otherwise capsules."""
     description = arm.tree.description
     appearance, path, shapes = Appearance(), description.path, description.visuals
     replaced: list[str] = []
@@ -90,8 +87,8 @@ def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
 def find_mesh_file(name: str, path: Path) -> Path | None:
     """Finds the file of a mesh that a robot's file names. Returns None if it is missing.
 
-    ``package://`` and ``model://`` names are searched in every folder above the robot's file, with and without the
-    package's name; other names only in the file's folder.
+    Names with ``package://`` and ``model://`` are searched in every folder above the robot's file, with and without
+    the package's name. Other names are searched only in the file's folder.
     """
     candidates = [path.parent / name]
     scheme, separator, inside = name.partition("://")
@@ -102,7 +99,7 @@ def find_mesh_file(name: str, path: Path) -> Path | None:
 
 
 def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance) -> list[_Part]:
-    """Loads the parts of a mesh with their colours, in the link's frame. A failure leads to a remark."""
+    """Loads the parts of a mesh with their colours, in the link's frame. Failures are added to the remarks."""
     file = find_mesh_file(shape.mesh, path)
     if file is None:
         appearance.remarks.append(f"the mesh {shape.mesh} was not found")
@@ -119,7 +116,7 @@ def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appe
         return []
     except MemoryError:
         raise
-    except Exception as error:  # loaders raise all kinds of errors for damaged files
+    except Exception as error:  # loaders raise any exception on a damaged file
         appearance.remarks.append(f"the mesh {file.name} cannot be read ({type(error).__name__})")
         return []
     if not parts:
@@ -135,14 +132,14 @@ def _find_colour(part: Any) -> tuple[float, ...]:
         rgba = np.asarray(coloured.main_color)
     except (AttributeError, TypeError, ValueError):
         return _GREY
-    if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's default if a file gives no colour
+    if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's default colour
         return _GREY
     red, green, blue = (float(value) / 255.0 for value in rgba[:3])
     return red, green, blue, 1.0
 
 
 def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list[Visual]:
-    """Formats the meshes of a link as OBJ texts, one per colour. The meshes are added to the appearance."""
+    """Formats the meshes of a link as OBJ texts, one per colour, and adds them to the appearance."""
     import trimesh
 
     groups: dict[tuple[int, ...], list[_Part]] = {}
@@ -158,7 +155,7 @@ def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list
         share = (_TRIANGLES - _FEWEST * len(groups)) * len(faces) / total
         vertices, faces = simplify(vertices, faces, _FEWEST + int(share))
         name = f"{''.join(c if c.isascii() and c.isalnum() else '_' for c in link[:60])}_{number}.obj"
-        while name in appearance.meshes:  # link names can differ in the replaced characters only
+        while name in appearance.meshes:  # link names may differ only in replaced characters
             name = f"_{name}"
         appearance.meshes[name] = write_obj(vertices, faces, _DIGITS)
         place = (0.0, 0.0, 0.0)
@@ -169,7 +166,7 @@ def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list
 
 
 def _draw_capsule(end: Array) -> list[Visual]:
-    """Creates a capsule from a link's joint to the next joint."""
+    """Builds a capsule from a link's joint to the next joint."""
     length = float(np.linalg.norm(end))
     radius = float(np.clip(_THICKNESS * length, _THINNEST, _THICKEST))
     if length < 1e-6:
@@ -183,10 +180,13 @@ def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indic
     """Reduces a mesh to at most ``most`` triangles. A smaller mesh is returned unchanged.
 
     All vertices within a grid cell are merged into one, at the least-squares intersection of the planes of the
-    adjacent triangles (Lindstrom 2000, Out-of-core simplification of large polygonal models, SIGGRAPH), on the finest
-    grid that respects the bound. Edge collapse would leave the open or cracked meshes of CAD programs in pieces.
+    adjacent triangles (Lindstrom 2000, Out-of-core simplification of large polygonal models, SIGGRAPH). The finest
+    grid within the limit is used. Edge collapse would break the open or cracked meshes of CAD programs into pieces.
 
-    Vertices are (N, 3), [m], faces (M, 3).
+    Args:
+        vertices: Positions, shape (N, 3), [m].
+        faces: Indices of vertices, shape (M, 3).
+        most: Largest number of triangles.
     """
     if len(faces) <= most:
         return vertices, faces
@@ -205,9 +205,10 @@ def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indic
 
 
 def _cluster(vertices: Array, faces: _Indices, width: float) -> tuple[_Indices, _Indices]:
-    """Assigns vertices to grid cells of a given width, [m].
+    """Assigns vertices to grid cells with a given width, [m].
 
-    Returns: Cell of each vertex, (N,), and the distinct triangles that span three cells, as their cells, (K, 3).
+    Returns: Cell of each vertex, (N,), and the distinct triangles with corners in three cells, as cell indices, (K,
+        3).
     """
     steps = np.minimum(((vertices - vertices.min(axis=0)) / width).astype(np.int64), _MOST_CELLS - 1)
     keys = (steps[:, 0] * _MOST_CELLS + steps[:, 1]) * _MOST_CELLS + steps[:, 2]
@@ -222,17 +223,17 @@ def _cluster(vertices: Array, faces: _Indices, width: float) -> tuple[_Indices, 
 
 
 def _place(vertices: Array, faces: _Indices, cells: _Indices, width: float) -> Array:
-    """Computes each cell's vertex: the least-squares point of all adjacent triangles' planes."""
+    """Computes the vertex of each cell: the least-squares point of the planes of all adjacent triangles."""
     count = int(cells.max()) + 1
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
     normals = np.divide(normals, areas[:, None], out=np.zeros_like(normals), where=areas[:, None] > 0.0)
-    weights = areas + 1e-12 * (areas.max() or 1.0)  # the unweighted mean if all areas are zero
+    weights = areas + 1e-12 * (areas.max() or 1.0)  # unweighted mean if all areas are zero
     owners, repeated = cells[faces].T.ravel(), np.tile(np.arange(len(faces)), 3)
 
     def add_up(values: Array) -> Array:
-        """Sums values of triangle corners, (3 M, k), by cell, (count, k)."""
+        """Sums values at triangle corners, (3 M, k), for each cell, (count, k)."""
         return np.stack([np.bincount(owners, column, count) for column in values.T], axis=1)
 
     places, weight = vertices[faces].transpose(1, 0, 2).reshape(-1, 3), weights[repeated][:, None]

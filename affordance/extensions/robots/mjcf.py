@@ -1,8 +1,7 @@
-"""Reads MJCF models as MuJoCo compiles them.
+"""Reads MJCF models after MuJoCo has compiled them.
 
-MuJoCo resolves includes, default classes, orientations and masses.
-
-The text for Drake is written from the compiled model. MJCF has no velocity limits.
+MuJoCo resolves includes, default classes, orientations and masses. The text for Drake is written from the compiled
+model. MJCF has no velocity limits.
 """
 
 import importlib.util
@@ -32,25 +31,28 @@ from affordance.extensions.robots.description import (
 from affordance.extensions.robots.xml_reader import read_xml
 from affordance.files.bounded import MESH, check_size
 
-# Deepest nesting of files: models are split into robot, gripper and scene, so deeper nesting is a mistake.
+# Deepest nesting of files: models are divided into robot, gripper and scene, so deeper nesting is a mistake.
 _DEEPEST = 8
-# Elements that MuJoCo multiplies, and thereby a file's size; sites weigh nothing, and some may be replicated.
+# Elements that MuJoCo replicates, and thereby a file's size. Sites are massless, and a few may be replicated.
 _MULTIPLIED, _FEW = ("replicate", "composite", "flexcomp"), 1000
-# Geoms of this group and higher ones are collision shapes: MuJoCo hides them by default.
+# First group of collision geoms, which MuJoCo hides by default.
 _FIRST_HIDDEN_GROUP = 3
-# Shapes that are drawn, by MuJoCo's type of a geom.
+# Shapes to draw, by MuJoCo's geom type.
 _SHAPES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}
-_JOINTS = ("free", "ball", "slide", "hinge")  # by MuJoCo's type of a joint
+_JOINTS = ("free", "ball", "slide", "hinge")  # by MuJoCo's joint type
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
-    """Reads an MJCF model. A fault that MuJoCo finds, or an include from another folder, raises a BadValueError.
+    """Reads an MJCF model.
 
-    A mesh is needed only if it decides a mass. If it is missing, the inertia of its body is a fault.
+    A mesh file is needed only if it determines a mass. If it is missing, the inertia of its body is a fault.
+
+    Raises:
+        BadValueError: MuJoCo finds a fault, or an include is in another folder.
     """
     if importlib.util.find_spec("mujoco") is None:
         raise BadValueError(path, "", "is an MJCF, which needs pip install 'visual-inertial-affordances[mjcf]'")
-    import mujoco  # imported here, as it is optional
+    import mujoco  # an optional dependency
 
     robot = Description(path, "mjcf", sources=tuple(_list_includes(path, root)))
     try:
@@ -108,7 +110,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
 
 
 def _list_includes(path: Path, root: Element) -> Iterator[Path]:
-    """Lists included files and models. A file outside the model's folder, or a deeply nested one, is rejected."""
+    """Lists included files and models. Files outside the model's folder and deep nesting are rejected."""
     folder = path.parent.resolve()
 
     def walk(element: Element, named_in: Path, depth: int) -> Iterator[Path]:
@@ -131,14 +133,14 @@ def _list_includes(path: Path, root: Element) -> Iterator[Path]:
 
 
 def _is_few_sites(element: Element) -> bool:
-    """Returns True if an element replicates only sites, and not too many."""
+    """Returns True if an element replicates only a few sites."""
     count = element.get("count", "")
     few = count.isdecimal() and int(count) * len(element) <= _FEW
     return element.tag == "replicate" and few and {child.tag for child in element} == {"site"}
 
 
 def _name_all(spec: Any) -> None:
-    """Gives names to bodies and joints without one."""
+    """Names all unnamed bodies and joints."""
     for kind, elements in (("body", spec.bodies[1:]), ("joint", spec.joints)):
         names = {each.name for each in elements}
         for each in elements:
@@ -154,15 +156,15 @@ def _find_unused(name: str, used: Container[str]) -> str:
 
 
 def _remove_looks(spec: Any, robot: Description) -> None:
-    """Removes mesh and picture files that are only for drawing, so that they may be missing.
+    """Removes mesh and picture files that are only drawn, so that these files may be missing.
 
-    A body with such a mesh is noted as undrawn. If the file of a mesh that decides a mass is missing, the body's
-    inertia is a fault, and MuJoCo gets a sphere.
+    A body with such a mesh is recorded as undrawn. If the file of a mesh that determines a mass is missing, the
+    body's inertia is a fault, and MuJoCo gets a sphere instead.
     """
     import mujoco
 
     compiler, geoms = spec.compiler, mujoco.mjtGeom
-    compiler.fusestatic = compiler.discardvisual = False  # which would remove bodies and shapes
+    compiler.fusestatic = compiler.discardvisual = False  # these options would remove bodies and shapes
     files = {mesh.name or Path(mesh.file).stem: mesh.file for mesh in spec.meshes}
     needed = set()
     for geom in spec.geoms:
@@ -198,7 +200,7 @@ def _remove_looks(spec: Any, robot: Description) -> None:
 
 
 def _find_negative(spec: Any, name: str, compiled: Inertial) -> Inertial | None:
-    """Finds a negative mass or moment of a body in the file. MuJoCo would silently set it to zero."""
+    """Finds a negative mass or moment of a body in the file, which MuJoCo would set to zero without a message."""
     import mujoco
 
     body = spec.body(name)
@@ -209,11 +211,11 @@ def _find_negative(spec: Any, name: str, compiled: Inertial) -> Inertial | None:
 
 
 def _read_inertial(body: Any) -> Inertial:
-    """Reads a compiled body's inertia, in the body's axes."""
+    """Reads the inertia of a compiled body, in the body's axes."""
     R = RotationMatrix(Quaternion(body.iquat / np.linalg.norm(body.iquat))).matrix()
     moments = tuple(list_entries(R @ np.diag(body.inertia) @ R.T))
     inertial = Inertial(float(body.mass[0]), tuple(body.ipos.tolist()), (0.0,) * 3, moments)
-    return inertial.find_nearest() if inertial.find_fault() else inertial  # a fault of rounding, as of a thin rod
+    return inertial.find_nearest() if inertial.find_fault() else inertial  # rounding, as with a thin rod
 
 
 def _join(values: Any) -> str:
@@ -221,7 +223,7 @@ def _join(values: Any) -> str:
 
 
 def _place(element: Element, position: Array, quaternion: Array) -> None:
-    """Writes a pose. The identity is left out."""
+    """Writes a pose, except the identity."""
     if position.any():
         element.set("pos", _join(position))
     if quaternion[1:].any():
@@ -234,7 +236,7 @@ def _find_reference(joint: Any) -> float:
 
 
 def _write_joint(element: Element, joint: Any) -> JointNotes:
-    """Writes a joint for Drake. Positions are relative to the model's initial pose."""
+    """Writes a joint for Drake, with positions relative to the model's initial pose."""
     kind, reference, damping = _JOINTS[int(joint.type[0])], _find_reference(joint), float(joint.damping[0])
     written = ElementTree.SubElement(element, "joint", name=joint.name, type=kind, axis=_join(joint.axis))
     if joint.pos.any():
@@ -254,14 +256,14 @@ def _write_joint(element: Element, joint: Any) -> JointNotes:
 def _read_efforts(model: Any) -> dict[int, float]:
     """Computes the torque limit, [N m], of every limited joint, by index.
 
-    An actuator's limit is the smaller magnitude of the two ends of its force range, times its gear. If its force is
-    proportional to its control, the control range limits it likewise. The limits of all actuators of a joint add up,
-    and the joint's own limit applies to their sum.
+    The limit of an actuator is the smaller magnitude of its force range, times its gear. If its force is proportional
+    to its control, the control range limits it in the same way. The limits of all actuators of a joint are added, and
+    the joint's own limit applies to their sum.
     """
     efforts: dict[int, float] = {}
     for k in range(model.nu):
         actuator, limits = model.actuator(k), [np.inf]
-        if actuator.trntype[0] > 1:  # neither a joint nor a joint in its parent's axes
+        if actuator.trntype[0] > 1:  # not JOINT or JOINTINPARENT
             continue
         if actuator.forcelimited[0]:
             limits.append(_find_weaker(actuator.forcerange))
@@ -293,7 +295,7 @@ def _read_couplings(model: Any) -> dict[int, Mimic]:
 
 
 def _remark_loops(robot: Description, model: Any) -> None:
-    """Adds remarks on removed constraints: tendons, and loop closures between two bodies."""
+    """Adds remarks about removed constraints: tendons, and closed loops between two bodies."""
     for k in range(model.neq):
         if not model.eq_active0[k] or model.eq_type[k] > 1:  # neither mjEQ_CONNECT nor mjEQ_WELD
             continue
@@ -310,7 +312,7 @@ def _remark_loops(robot: Description, model: Any) -> None:
 
 
 def _read_visuals(model: Any, index: int) -> Iterator[Visual]:
-    """Reads the simple shapes of a body that are drawn."""
+    """Reads the visible simple shapes of a body."""
     first = int(model.body_geomadr[index])
     for k in range(first, first + int(model.body_geomnum[index])):
         kind, size = _SHAPES.get(int(model.geom_type[k])), model.geom_size[k]

@@ -1,11 +1,9 @@
-"""Reads a tool from the URDF of an object, as in simulators.
+"""Reads an object's URDF as a tool with shapes, grips and mass.
 
-The tool has shapes, grips, and a mass as if weighed.
-
-A link that is fixed to another and has neither shape nor mass is a grip. A shape's material is found by its name in
-the file; a material that the program does not know is identified by its colour. A link's mass is distributed
-according to its centre of mass and moments, with the errors of a drawing. If these are impossible for its shape, the
-mass is distributed evenly over the shape, with a remark.
+A link that is fixed to another link and has neither shape nor mass is a grip. The material of a shape is identified
+by its name, or by its colour if the program does not know the name. The mass of a link is distributed according to
+its centre of mass and moments, with the errors of a drawing. If these are impossible for its shape, the mass is
+distributed evenly over the shape, with a remark.
 """
 
 from collections.abc import Mapping
@@ -33,17 +31,17 @@ from affordance.objects.overlap import count_once
 from affordance.objects.primitives import Box, Cylinder
 from affordance.objects.tool import WEIGHING_SD, Component, Grip, Tool, Weighing, find_box
 
-# Name of the grip at the origin of an object that has no other grip.
+# Name of the grip at the origin of an object without other grips.
 _ORIGIN = "origin"
-# Moments that differ from those of shape and mass by this factor are placeholders: hollow and solid bodies of the
+# Moments that differ by this factor from those of shape and mass are placeholders: hollow and solid bodies with the
 # same shape differ by less than a factor of two.
 _OFF = 3.0
-# A centre of mass may lie outside a shape by this rounding error, and agrees with the shape's within it, [m]; moments
-# agree within the relative error.
+# Rounding errors: distance by which a centre of mass may be outside the shape or differ from the shape's, [m], and
+# relative difference of moments.
 _EDGE, _SAME = 1e-3, 0.02
-# Colour of a shape if the file gives none: viewers' medium grey.
+# Colour of a shape without a colour in the file: medium grey, as in viewers.
 _GREY = (0.7, 0.7, 0.7)
-# Density of shapes without a mass, used if a true density is needed: that of water, [kg/m^3].
+# True density of shapes without a mass, if needed: water, [kg/m^3].
 _WATER = 1000.0
 
 
@@ -57,7 +55,8 @@ class ReadObject(NamedTuple):
 def read_object(path: Path, materials: Mapping[str, Material]) -> ReadObject:
     """Reads a tool from the URDF of an object.
 
-    A file with a moving joint, without a shape, or with an unsupported shape raises a BadValueError.
+    Raises:
+        BadValueError: The file has a moving joint, no shape, or an unsupported shape.
     """
     description = read_robot(path)
     poses = _compute_poses(description)
@@ -153,7 +152,7 @@ def _build_parts(
 
 
 def _find_material(shape: Visual, materials: Mapping[str, Material]) -> Material:
-    """Returns the material that the shape names, or one with the shape's colour."""
+    """Returns the material that the shape names, otherwise a material with the shape's colour."""
     if shape.material in materials:
         return materials[shape.material]
     r, g, b = (shape.colour or (*_GREY, 1.0))[:3]
@@ -164,7 +163,7 @@ def _find_material(shape: Visual, materials: Mapping[str, Material]) -> Material
 def _distribute(
     description: Description, link: str, parts: list[Component], X_TL: Array
 ) -> tuple[list[Component], str]:
-    """Distributes the mass of a link's parts as the file states. The shape must allow this distribution.
+    """Distributes the mass of a link's parts to match the file's centre of mass and moments, if possible.
 
     Returns: The parts, and a remark; empty if the file agrees with the shape.
     """
@@ -202,6 +201,6 @@ def _distribute(
 
 
 def _compute_moments(J: Array) -> Array:
-    """Computes the principal moments about the centre of mass, (3,). The pseudo-inertia has a mass of 1 kg."""
+    """Computes the principal moments about the centre of mass, (3,), from a pseudo-inertia with unit mass."""
     spread = np.linalg.eigvalsh(J[:3, :3] - np.outer(J[:3, 3], J[:3, 3]))
     return spread.sum() - spread[::-1]

@@ -1,8 +1,6 @@
-"""Warns about implausible numbers of an arm, with likely causes.
+"""Warns about implausible numbers of an arm, with likely causes. Nothing is rejected.
 
-Nothing is rejected.
-
-Bounds are physical and wide: a number beyond them has a wrong unit, or is a placeholder or a typing error.
+The bounds are physical and wide. A number beyond them has a wrong unit, is a placeholder, or is mistyped.
 """
 
 import math
@@ -15,36 +13,36 @@ from affordance.arrays import build_symmetric
 from affordance.extensions.robots.description import Inertial
 from affordance.extensions.robots.reduced_arm import ReducedArm, ReducedLink
 
-# Margin added to distances between joints, and to centres of mass: half the width of a large industrial link, [m].
+# Margin for distances between joints and for centres of mass: half the width of a large industrial link, [m].
 _WIDTH = 0.25
-# Density that no link exceeds: that of solid steel, [kg/m^3].
+# Upper bound of a link's density: solid steel, [kg/m^3].
 _STEEL = 7900.0
 # Mass per length of the thinnest structure: an aluminium tube of 20 mm diameter and 1 mm wall, [kg/m].
 _BARE_TUBE = 0.16
-# A radius of gyration below this fraction of a link's length is that of a point mass; a thin rod has 0.29.
+# Radius of gyration of a point mass, as a fraction of the link's length; a thin rod has 0.29.
 _POINT = 0.01
 # Ratio of radius of gyration to size above which a wrong unit is likelier than a placeholder such as 1 kg m^2.
 _OTHER_UNIT = 10.0
-# A part that is merged into a link matters if it has at least this share of the link's moments.
+# Least share of a link's moments at which a part merged into the link matters.
 _MATTERS = 0.01
-# Widest range of a joint, eight turns as of a wrist with cables, [rad], and fastest joint, 2900 degrees/s, [rad/s].
+# Widest joint range, eight turns for a wrist with cables, [rad], and highest joint speed, 2900 degrees/s, [rad/s].
 _WIDEST, _FASTEST = 50.0, 50.0
-# If all joints' ranges are below this, radians were probably read as degrees: 4 pi (two turns) degrees, [rad].
+# Range of all joints below which degrees were probably assumed for radians: 4 pi (two turns) in degrees, [rad].
 _NARROW = 0.22
-# Relative difference between masses on the left and right that exceeds rounding.
+# Relative difference between left and right masses that exceeds rounding.
 _TWIN = 0.01
-# Words for the sides of a robot within a name, and letters for them at its beginning or end.
+# Words for left and right in a name, and letters at its beginning or end.
 _WORDS = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"))
 _LETTERS = (("l", "r"), ("L", "R"))
 
 
 def list_implausible(arm: ReducedArm) -> list[str]:
-    """Lists implausible values of links and joints. There is one sentence for each kind, with the numbers."""
+    """Lists implausible values of links and joints, one sentence per kind."""
     return [*_list_of_links(arm), *_list_of_joints(arm), *_list_twins(arm)]
 
 
 def compute_lengths(arm: ReducedArm) -> list[float]:
-    """Computes the distances between joints, and from the last joint to the tip, [m]."""
+    """Computes the distances between successive joints, and from the last joint to the tip, [m]."""
     ends = [*(link.X_PL for link in arm.links[1:]), arm.X_LT]
     return [float(np.linalg.norm(X.translation())) for X in ends]
 
@@ -62,7 +60,7 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
         mass, p_com = link.inertial.mass, float(np.linalg.norm(link.inertial.place))
         if not mass:
             continue
-        # A link may extend back to the previous joint, and out to the bodies that are fixed to it.
+        # A link may extend back to the previous joint, and to the bodies fixed to it.
         before = float(np.linalg.norm(link.X_PL.translation()))
         size = _WIDTH + max(length, before) + max(float(np.linalg.norm(X.translation())) for _, X in link.bodies)
         far = [(link.name, p_com)] if p_com > size + reach else [*_list_far_parts(arm, link, _WIDTH + reach)]
@@ -99,10 +97,7 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
 
 
 def _list_far_parts(arm: ReducedArm, link: ReducedLink, reach: float) -> Iterator[tuple[str, float]]:
-    """Lists merged parts with centres of mass beyond the reach of the arm.
-
-    Distances are from the parts' own frames.
-    """
+    """Lists merged parts whose centre of mass is farther from their own frame than the arm's reach."""
     for name, _ in link.bodies:
         part = arm.tree.description.inertials.get(name)
         if part is not None and part.mass > 0.0 and part.in_link:
@@ -112,7 +107,7 @@ def _list_far_parts(arm: ReducedArm, link: ReducedLink, reach: float) -> Iterato
 
 
 def _list_wide_parts(arm: ReducedArm, link: ReducedLink, size: float) -> list[str]:
-    """Lists merged parts that matter, with radii of gyration beyond the link."""
+    """Lists relevant merged parts whose radius of gyration exceeds the link's size."""
     inertials, found = arm.tree.description.inertials, []
     for name, _ in link.bodies:
         part = inertials.get(name)
@@ -141,7 +136,7 @@ def _list_of_joints(arm: ReducedArm) -> Iterator[str]:
             f"no joint turns by more than {most:.2g} degrees: were radians read as degrees? "
             'An MJCF needs <compiler angle="radian"/>'
         )
-    given = {"effort": arm.options.effort, "velocity": arm.options.velocity}  # no placeholders of the file
+    given = {"effort": arm.options.effort, "velocity": arm.options.velocity}  # not from the file
     fast = [
         f"{each.joint} {each.velocity:g}"
         for each in arm.links
@@ -163,7 +158,7 @@ def _is_power_of_ten(value: float) -> bool:
 
 
 def _list_twins(arm: ReducedArm) -> Iterator[str]:
-    """Lists links that differ in mass from their counterpart on the other side. Counterparts are found by name."""
+    """Lists links whose mass differs from their counterpart on the other side, which is found by name."""
     plant = arm.tree.plant
     masses = {
         arm.tree.key(body): float(body.default_mass())
@@ -182,7 +177,7 @@ def _list_twins(arm: ReducedArm) -> Iterator[str]:
 
 
 def _name_twins(name: str) -> Iterator[str]:
-    """Lists the possible counterparts of a link: left and right swapped."""
+    """Lists possible names of a link's counterpart, with left and right exchanged."""
     for one, other in (*_WORDS, *(pair[::-1] for pair in _WORDS)):
         if one in name:
             yield name.replace(one, other)

@@ -1,4 +1,4 @@
-"""Reads robot files in three formats, and expands xacro templates, which are programs."""
+"""Reads robot files in three formats, and runs xacro templates, which are programs."""
 
 import contextlib
 import importlib.util
@@ -16,14 +16,14 @@ from affordance.extensions.robots.xml_reader import read_xml
 from affordance.files.bounded import ROBOT, read_bytes
 
 _READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
-# Found only in templates: xacro's elements, substitutions and expressions. What xacro has expanded may still declare
-# its namespace, and have expressions in comments.
+# Contents that occur only in templates: xacro's elements, substitutions and expressions. Expanded files may still
+# declare xacro's namespace, and contain expressions in comments.
 _TEMPLATE = re.compile(rb"</?xacro:|\$\{|\$\(")
 _COMMENT = re.compile(rb"<!--.*?(-->|\Z)", re.DOTALL)
-# Number of levels above a template on which packages are searched, and below each of them: a workspace's ``src``
-# holds repositories, and these hold packages, perhaps in groups.
+# Number of folder levels above a template that are searched for packages, and below each of them. A workspace's
+# ``src`` contains repositories with packages, which may be grouped.
 _LEVELS, _BELOW, _BELOW_SRC = 7, 2, 3
-# What a template includes, and the packages, arguments and macros that it names.
+# Includes, packages, arguments and macros in a template.
 _INCLUDES = re.compile(r"""<xacro:include\s+[^>]*?filename\s*=\s*["']([^"']+)""")
 _FINDS = re.compile(r"\$\(find\s+([^)]+?)\s*\)")
 _ARGUMENTS = re.compile(r"<xacro:arg\s[^>]*>")
@@ -38,7 +38,7 @@ def read_robot(
     Args:
         path: Robot's file.
         arguments: Arguments of a template, which is then run; None refuses templates.
-        packages: Folders of packages that a template uses, by name, in addition to those near it.
+        packages: Folders of packages that a template uses, by name, in addition to nearby packages.
 
     Raises:
         BadValueError: The file is invalid, or is a template although there are no arguments.
@@ -63,7 +63,7 @@ def read_robot(
 
 
 def is_template(path: Path) -> bool:
-    """Returns True if a file is a xacro template, by its name or contents."""
+    """Returns True if a file's name or contents are those of a xacro template."""
     return path.suffix == ".xacro" or bool(_TEMPLATE.search(_COMMENT.sub(b"", read_bytes(path, ROBOT))))
 
 
@@ -98,16 +98,16 @@ def _expand(path: Path, arguments: Mapping[str, str], packages: Mapping[str, str
 
 
 class _Scanned(NamedTuple):
-    """Names in a template and its includes, as found without running it."""
+    """Names found in a template and its includes without running it."""
 
-    missing: list[str]  # packages that are not known
-    arguments: dict[str, str | None]  # defaults of arguments, by name; None for one without a default
+    missing: list[str]  # unknown packages
+    arguments: dict[str, str | None]  # defaults of arguments; None without a default
 
 
 def _scan(path: Path, known: Mapping[str, str]) -> _Scanned:
     """Searches a template and its includes for packages and arguments."""
     files, texts = [path.resolve()], list[str]()
-    for file in files:  # grows
+    for file in files:  # the list grows in the loop
         texts.append(file.read_text(encoding="utf-8", errors="replace"))
         for name in _INCLUDES.findall(texts[-1]):
             found = file.parent / _FINDS.sub(lambda match: known.get(match[1], match[0]), name)
@@ -152,15 +152,12 @@ def _explain(path: Path, error: Exception, scanned: _Scanned) -> AffordanceError
 
 
 def _find_packages(path: Path) -> dict[str, str]:
-    """Finds packages (``package.xml``) in the folders around a template, nearest first.
-
-    These are the folders above it, and those below them.
-    """
+    """Finds packages (``package.xml``) in the folders above a template and below these folders, nearest first."""
     found: dict[str, str] = {}
     for folder in list(path.resolve().parents)[:-1][:_LEVELS]:
         below = _BELOW_SRC if folder.name == "src" else _BELOW
         for depth in range(1, below + 1):
             for file in sorted(folder.glob("*/" * depth + "package.xml")):
-                with contextlib.suppress(AffordanceError):  # another package's broken file is not this one's fault
+                with contextlib.suppress(AffordanceError):  # another package may have a broken file
                     found.setdefault((read_xml(file).findtext("name") or "").strip(), str(file.parent))
     return found

@@ -1,9 +1,7 @@
-"""Reads an arm for identification from a robot's file.
+"""Reads an arm for identification from a robot's file, as a chain of joints with the inertias of its links.
 
-The arm is a chain of joints with its links' inertias.
-
-Nothing is written, and no limits are needed because nothing will move. Joints outside the chain are frozen at their
-defaults, and the bodies beyond them are added to the link of the chain that carries them.
+No limits are needed, because the arm does not move. Joints outside the chain are frozen at their defaults, and their
+bodies are merged into the link of the chain to which they are attached.
 """
 
 import re
@@ -32,7 +30,7 @@ from affordance.plant.serial_chain import SerialChain
 
 # Comment that the importer writes above an arm (arm.sdf.j2), with the robot's file and its tip.
 _IMPORTED = re.compile(r"<!-- Made by affordance import-arm of .*, tip (.+)\. SI units\. -->")
-_ALIKE = 1e-6  # largest distance between hand and tip at which they count as the same point, [m]
+_ALIKE = 1e-6  # largest distance between hand and tip that count as one point, [m]
 
 
 def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) -> SerialChain:
@@ -41,8 +39,8 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
     Args:
         path: URDF, SDF or MJCF file, Drake model directives (.dmd.yaml), or a folder that ``import_arm`` wrote.
         tip: Link or frame to which the payload is fixed.
-        base: Link in which gravity and poses are expressed and above which no joint moves; None for the uppermost
-            link that is fixed to the link where the limb begins.
+        base: Link in which gravity and poses are expressed; joints above it are ignored. None for the uppermost link
+            that is fixed to the link where the limb begins.
 
     Raises:
         BadValueError: The file cannot be read, the tip or the base is not in it, a joint between them is not
@@ -67,7 +65,7 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
 
 
 def _build_directives(path: Path) -> RobotTree:
-    """Builds a robot from Drake model directives, which describe the program's own arms."""
+    """Builds a robot from Drake model directives, which are the format of the program's own arms."""
     if not path.exists():
         raise ModelFileError(path, "does not exist")
     plant = MultibodyPlant(0.0)
@@ -77,7 +75,7 @@ def _build_directives(path: Path) -> RobotTree:
 
 
 def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
-    """Finds the uppermost link that the base is fixed to. Drivers express gravity and poses in it."""
+    """Finds the uppermost link to which the base is fixed. Drivers express gravity and poses in its frame."""
     for joint in tree.climb(base):
         if joint.num_velocities() or joint.parent_body().name() == "world":
             break
@@ -88,11 +86,11 @@ def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
 class Flange(NamedTuple):
     """Frame F in which a controller expects a payload.
 
-    The frame is defined in the robot's file, and not rotated like our hand.
+    The frame is defined in the robot's file. Unlike the hand frame, it is not rotated.
     """
 
     name: str
-    X_FT: Array  # pose of the tip T, to which the payload is fixed, in F, shape (4, 4)
+    X_FT: Array  # pose of the tip T, which carries the payload, in F, shape (4, 4)
 
 
 def find_flange(robot: SerialChain, name: str = "", base: str | None = None) -> Flange | None:
@@ -100,13 +98,13 @@ def find_flange(robot: SerialChain, name: str = "", base: str | None = None) -> 
 
     Args:
         robot: Arm up to the tip T.
-        name: Frame of the file from which the arm was read, fixed to its tip; empty for the tip of the robot's file.
+        name: Frame of the arm's file that is fixed to the tip; empty for the tip of the robot's file.
         base: Base with which the arm was read; None if none was named.
 
     Returns: The flange; None if the tip is the project's hand frame and the tip of the robot's file is unknown.
 
     Raises:
-        BadValueError: The file has no such frame, or a joint moves the frame and the tip apart.
+        BadValueError: The file has no such frame, or the frame can move relative to the tip.
     """
     if not name:
         is_ours = robot.tip == HAND_FRAME and Path(robot.source).name.endswith((".dmd.yaml", ".dmd.yml"))
@@ -133,8 +131,7 @@ def find_flange(robot: SerialChain, name: str = "", base: str | None = None) -> 
 def find_imported_tip(folder: Path) -> str | None:
     """Finds the frame of an imported arm that was the tip in the robot's file.
 
-    Returns: Its name; empty if the arm lacks the frame; None if ``import_arm`` did not
-        write the folder.
+    Returns: Name of the frame; empty if the arm has no such frame; None if ``import_arm`` did not write the folder.
     """
     path = folder / "arm.sdf"
     imported = _IMPORTED.search(read_text(path, ROBOT)) if path.is_file() else None
@@ -144,7 +141,7 @@ def find_imported_tip(folder: Path) -> str | None:
     if name == HAND_FRAME or not name.isprintable():
         return ""
     hand = load_robot(folder / ARM.name, HAND_FRAME)
-    for written in (name, f"{name}_link"):  # the second if a joint has that name
+    for written in (name, f"{name}_link"):  # with the suffix if a joint has this name
         try:
             tip = load_robot(folder / ARM.name, written)
         except BadValueError:

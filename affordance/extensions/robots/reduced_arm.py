@@ -1,6 +1,7 @@
-"""Extracts an arm from its robot; bodies fixed to a link are merged into that link.
+"""Extracts an arm from a robot, and merges bodies that are fixed to each other.
 
-Frames: L a link, at the moving frame of its joint; B the base; H the hand at the tip, where Hx points out of it.
+Frames: L is a link, at the moving frame of its joint; B is the base; H is the hand at the tip, with Hx pointing
+outwards.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,22 +28,24 @@ class ImportOptions:
         tip: Link or frame at the end of the arm, where it holds objects; empty for the end of the longest limb.
         base: Link that is fixed to the world; None to search for it.
         out_axis: Axis of the tip that points out of the hand; None to search for it.
-        posture: Positions of joints, [rad] or [m]. Joints outside the arm are frozen there; the home posture keeps
-            the arm's own joints there.
-        rotor_inertia: Reflected inertia of rotor and gears, [kg m^2], by joint; the empty name is for every joint.
-        effort: Torque limits, [N m], that replace the file's, by joint; the empty name applies to every joint.
-        velocity: Velocity limits, [rad/s], that replace the file's, by joint; the empty name applies to every joint.
+        posture: Positions of joints, [rad] or [m]. Joints outside the arm are frozen there, and joints of the arm
+            have these positions in the home posture.
+        rotor_inertia: Reflected inertia of rotor and gears, [kg m^2], for each joint; the empty name applies to every
+            joint.
+        effort: Torque limits, [N m], that replace the file's, for each joint; the empty name applies to every joint.
+        velocity: Velocity limits, [rad/s], that replace the file's, for each joint; the empty name applies to every
+            joint.
         damping: True to keep the file's damping.
-        height: Height of the base above the world's origin, [m]; None for the file's.
-        up: Axis of the robot's root that points up; None for the file's: z, unless its gravity says otherwise.
-        roll: Angle about the hand's x by which the hand is turned from the axes of the tip, [rad], depending on how
-            the gripper is mounted. None to turn the hand so that its z is up in the home posture.
-        mend_inertia: True to replace impossible inertias of the arm with the nearest possible ones even if they are
-            not negligible.
+        height: Height of the base above the world's origin, [m]; None for the height in the file.
+        up: Vertical axis of the robot's root; None to derive it from the file's gravity, or else z.
+        roll: Angle about the hand's x from the tip's axes to the hand's axes, [rad], which depends on the mounting of
+            the gripper. None to rotate the hand so that its z is up in the home posture.
+        mend_inertia: True to replace all impossible inertias of the arm with the nearest possible inertias, even if
+            they are not negligible.
         gravcomp: True to respect gravity compensation by the simulator (MuJoCo's gravcomp), which raises an error if
             a link of the arm has it; False to ignore it, so that the motors carry all links.
-        xacro: Arguments of a xacro template, which is a program and is then run; None refuses templates.
-        packages: Folders of packages that a template uses, by name, in addition to those found near it.
+        xacro: Arguments of a xacro template, which is then run as a program; None refuses templates.
+        packages: Folders of packages that a template uses, by name, in addition to nearby packages.
 
     Example:
         >>> from affordance import ImportOptions
@@ -68,9 +71,10 @@ class ImportOptions:
     packages: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Checks the kinds of all values, with a BadArgumentError for a wrong one.
+        """Checks the types of all values. Names are checked later, against the file.
 
-        Names are checked later, against the file.
+        Raises:
+            BadArgumentError: A value has the wrong type.
         """
         for name in ("tip", "base", "out_axis", "up"):
             if getattr(self, name) is not None or name == "tip":
@@ -86,7 +90,7 @@ class ImportOptions:
 
 @dataclass(frozen=True)
 class ReducedLink:
-    """Link of the arm, and the joint that carries it."""
+    """Link of the arm, with the joint that carries it."""
 
     name: str  # name of the joint's own link
     joint: str
@@ -95,7 +99,7 @@ class ReducedLink:
     lower: float  # position limit, [rad]
     upper: float  # position limit, [rad]
     velocity: float  # velocity limit, [rad/s]
-    acceleration: float | None  # acceleration limit, [rad/s^2]; None if the file gives none
+    acceleration: float | None  # acceleration limit, [rad/s^2]; None if not given
     effort: float  # torque limit, [N m]
     damping: float  # [N m s/rad]
     rotor_inertia: float  # reflected inertia of rotor and gears at the joint, [kg m^2]
@@ -114,18 +118,18 @@ class ReducedArm:
     X_WB: RigidTransform  # pose of the base with the robot's root upright at the world's origin
     links: tuple[ReducedLink, ...]  # links from base to tip
     X_LT: RigidTransform  # pose of the file's tip frame in the last link
-    X_LH: RigidTransform  # pose of the hand in the last link: the tip's, turned so that Hx points out of the hand
+    X_LH: RigidTransform  # pose of the hand in the last link: the tip's, rotated so that Hx points outwards
     out_axis: str  # axis of the tip frame that points out of the hand, such as ``-z``
-    roll: float  # angle about Hx by which the hand is turned from the tip's axes, [rad]
+    roll: float  # angle about Hx from the tip's axes to the hand's axes, [rad]
     # Names of the base and the links above it, with their poses in B.
     base_bodies: tuple[tuple[str, RigidTransform], ...]
     frozen: Mapping[str, float]  # positions of the frozen joints, [rad] or [m]
-    mended: tuple[str, ...]  # names of the links whose impossible inertia was replaced with the nearest possible one
-    why_tip: str = ""  # how the tip was chosen, and the other ends; empty if it was given
+    mended: tuple[str, ...]  # names of links whose impossible inertia was replaced with the nearest possible inertia
+    why_tip: str = ""  # reason for the choice of the tip, and the other ends; empty if the tip was given
 
     @property
     def up(self) -> str:
-        """Axis of the robot's root that points up."""
+        """Vertical axis of the robot's root."""
         return self.options.up or self.tree.description.up or "z"
 
     @property
@@ -139,7 +143,7 @@ class ReducedArm:
         return [link.joint for link in self.links]
 
     def roll_hand(self, angle: float) -> "ReducedArm":
-        """Returns the arm with its hand rolled by a further angle, [rad]."""
+        """Returns the arm with its hand rotated further about its x, [rad]."""
         if angle == 0.0:
             return self
         X_LH = self.X_LH @ RigidTransform(RotationMatrix.MakeXRotation(angle))
@@ -154,7 +158,9 @@ class ReducedArm:
 def reduce_arm(
     tree: RobotTree, chain: Chain, context: Context, frozen: Mapping[str, float], options: ImportOptions
 ) -> ReducedArm:
-    """Extracts a chain of a robot as an arm. In the context the chain is at zero, and other joints are frozen.
+    """Extracts a chain of a robot as an arm.
+
+    In the context, the chain must be at zero and other joints must be frozen.
 
     Raises:
         BadValueError: Links have impossible inertias, joints have impossible limits, no torque limit or a velocity
@@ -234,8 +240,8 @@ def _place(
 def find_out_axis(X_LT: RigidTransform, X_PLs: list[RigidTransform]) -> str:
     """Finds the axis of the tip that points out of the hand.
 
-    The result is the signed axis closest to the line from the last joint to the tip, ignoring joints within 3 cm of
-    the tip.
+    It is the signed axis closest to the line from the last joint to the tip. Joints within 3 cm of the tip are
+    ignored.
     """
     p_T = X_LT.translation()  # from the current joint to the tip, in that joint's frame
     R_JT = X_LT.rotation().matrix()
@@ -265,7 +271,7 @@ def turn_up(axis: str) -> RigidTransform:
 
 
 def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> RigidTransform:
-    """Computes the pose of one frame in another, joint by joint. A detour via the world would lose digits."""
+    """Computes the pose of one frame in another, joint by joint, because a detour via the world would lose digits."""
     X = last.GetFixedPoseInBodyFrame()
     body = last.body()
     while body.index() != first.body().index():
@@ -282,7 +288,7 @@ def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> Ri
 
 
 def sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
-    """Computes the combined inertia of bodies in a frame. A single body keeps the numbers of the file."""
+    """Computes the combined inertia of bodies in a frame. A single body keeps the numbers in the file."""
     if len(bodies) == 1 and frame.GetFixedPoseInBodyFrame().IsExactlyIdentity():
         written = tree.description.inertials.get(tree.key(bodies[0]))
         if written is not None and written.in_link:

@@ -1,4 +1,4 @@
-"""Report of an import, as text and HTML: contents, assumptions and omissions."""
+"""Writes the report of an import, as text and HTML, with contents, assumptions and omissions."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -29,21 +29,20 @@ from affordance.reporting.object_drawings import Drawing, compute_limits, draw_o
 from affordance.reporting.renderings import Pose, render_poses
 
 TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture.png"
-# If damping takes more than this fraction of a joint's torque limit at full velocity, it was hardly ever measured.
+# Fraction of a joint's torque limit that damping takes at full velocity, above which it was probably not measured.
 _MUCH_DAMPING = 0.5
-# Reflected inertia less than any geared motor's, so the file does not contain it, [kg m^2].
+# Reflected inertia below that of any geared motor, which the file therefore does not contain, [kg m^2].
 _NO_ROTOR = 1e-3
-# Ratio of static payload to arm mass above which torque limits look like placeholders; the largest of twenty robots
-# is 4.1.
+# Ratio of static payload to arm mass above which torque limits seem to be placeholders; at most 4.1 in twenty robots.
 _MANY_WEIGHTS = 5.0
 _MANY, _HEAVIEST = 12, 3
 _WIDTH, _HEIGHT = 720, 540
-# Tool that shows how objects are held; length of the drawn axes, [cm]; shortest drawn fraction of it that is visible.
+# Tool in the figure of the hand; length of the drawn axes, [cm]; smallest visible fraction of a drawn axis.
 _HAMMER, _ARROW, _SEEN = "claw hammer", 9.0, 0.3
 
 
 class ReportPart(NamedTuple):
-    """Part of the report with heading, sentences and an optional table. The first row of the table is its header."""
+    """Part of the report with heading, sentences and an optional table, whose first row is its header."""
 
     heading: str
     sentences: Sequence[str]
@@ -66,7 +65,7 @@ def write_report(
 
 
 def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks: Sequence[str]) -> list[ReportPart]:
-    """Lists the parts of the report that have content."""
+    """Lists the non-empty parts of the report."""
     head = ("joint", "from", "to (rad)", "rate (rad/s)", "torque (N m)", "damping", "rotor", "home (rad)")
     rows = [
         (
@@ -127,7 +126,7 @@ def _list_taken(arm: ReducedArm) -> Iterator[str]:
 
 
 def describe_payload(home: HomePosture) -> str:
-    """Describes an arm's static payload in the hand and farther out, like a tool."""
+    """Describes an arm's static payload in the hand and farther out, as with a tool."""
     return (
         f"static payload at home {format_number(home.payload_in_hand)} kg in the hand, {format_number(home.payload)} "
         f"kg at {100.0 * TEST_DISTANCE:g} cm from it, limited by {home.weakest}"
@@ -236,7 +235,7 @@ def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
 
 
 def list_couplings(arm: ReducedArm) -> Iterator[str]:
-    """Describes frozen joints that follow another joint, if there are any."""
+    """Describes frozen joints that follow another joint."""
     if couplers := [name for name, notes in arm.tree.description.joints.items() if notes.mimic is not None]:
         more = f" and {len(couplers) - _MANY} more" if len(couplers) > _MANY else ""
         yield f"couplings of joints, each frozen where its leader puts it: {', '.join(couplers[:_MANY])}{more}"
@@ -278,25 +277,22 @@ def _write_text(title: str, parts: Sequence[ReportPart]) -> str:
 
 
 def draw_posture(models: Path) -> Figure:
-    """Plots the arm at home: rendered with an object, its joints, and the hand frame.
-
-    Joints are seen from two sides.
-    """
+    """Plots the arm at home: rendered with an object, its joints from two sides, and the hand frame."""
     arm = load_arm(models / ARM.name)
     tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
     longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
     try:
         (picture,) = render_poses(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
     except UnavailableError:
-        picture = np.full((_HEIGHT, _WIDTH, 3), 255, dtype=np.uint8)  # without a renderer, only the joints are drawn
+        picture = np.full((_HEIGHT, _WIDTH, 3), 255, dtype=np.uint8)  # without a renderer, only joints are drawn
     context: Any = arm.plant.CreateDefaultContext()
     joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
     hand: Any = arm.hand.CalcPoseInWorld(context)
     free = hand @ longest.p_TTfree
     places = [joint.frame_on_child().CalcPoseInWorld(context).translation() for joint in joints]
     points = np.array([*places, hand.translation()])
-    figure = Figure(figsize=(15.5, 4.6), layout="constrained")
-    rendered, side, above, frame = figure.subplots(1, 4, width_ratios=[1.5, 1.0, 1.0, 1.1])
+    figure = Figure(figsize=(10.0, 8.0), layout="constrained")
+    (rendered, side), (frame, above) = figure.subplots(2, 2, width_ratios=[1.2, 1.0])
     rendered.imshow(picture)
     rendered.set_axis_off()
     rendered.set_title(f"at home, with {longest.name.replace('_', ' ')}")
@@ -316,7 +312,7 @@ def draw_posture(models: Path) -> Figure:
 
 
 def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
-    """Plots the hand's axes with a hammer in the hand. The hand is seen from the right: world x forward, z up."""
+    """Plots the hand's axes with a hammer, seen from the right: world x forward, z up."""
     hammer = next(tool for tool in load_tools(MODELS / "workshop" / "tools.yaml") if tool.name == _HAMMER)
     held = hammer.gripped_by(hammer.grips[0])
     R_VH = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) @ R_WH  # V: view along -Vz
@@ -339,7 +335,8 @@ def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
         else:
             away = "away from" if direction[2] < 0.0 else "towards"
             axes.annotate(f"{name} points {away} you", (0.0, -1.1 * _ARROW), color="#AA3377", fontsize=9)
-    axes.set_title(f"the hand's frame at home, from the right,\nwith the {_HAMMER} by its {held.grip}", fontsize=10)
+    text = f"the hand's frame at home, from the right, with\nthe {_HAMMER} by its {held.grip} (cross: centre of mass)"
+    axes.set_title(text, fontsize=10)
     low, high = compute_limits([shown])
     around = 1.3 * _ARROW * np.ones(2)
     low, high = np.minimum(low, -around), np.maximum(high, around)

@@ -30,8 +30,12 @@ _NO_PLACE = (0.0, 0.0, 0.0)
 
 
 def read_sdf(path: Path, root: Element) -> Description:
-    """Reads an SDF file. An invalid value, or a name that is used twice, raises a BadValueError."""
-    if root.find(".//include") is not None:  # Drake would search everywhere, even the network
+    """Reads an SDF file.
+
+    Raises:
+        BadValueError: A value is invalid, or a name is used twice.
+    """
+    if root.find(".//include") is not None:  # Drake would search many folders, and the network
         raise BadValueError(path, "include", "is not supported, must be expanded")
     ElementTree.register_namespace("drake", "drake")
     numbers, robot = Numbers(path), Description(path, "sdf")
@@ -84,7 +88,7 @@ def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tupl
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and removes limits from its element that Drake cannot use."""
+    """Reads a joint. Limits that Drake cannot use are removed from the XML element."""
 
     def take(path: str, default: float) -> float:
         return numbers.parse_one(find_text(joint, path), f"{key}.{path.replace('/', '.')}", default)
@@ -93,7 +97,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
         return numbers.parse_bound(find_text(joint, f"axis/limit/{name}"), f"{key}.axis.limit.{name}")
 
     effort, velocity = (
-        None if bound is None or bound < 0.0 or math.isinf(bound) else bound  # negative ones mean unlimited in SDF
+        None if bound is None or bound < 0.0 or math.isinf(bound) else bound  # negative values mean unlimited in SDF
         for bound in (take_bound("effort"), take_bound("velocity"))
     )
     mimic = joint.find("axis/mimic")
@@ -111,7 +115,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
         if acceleration is not None and not 0.0 < acceleration < math.inf:
             remove_children(limit, (_ACCELERATION,))
     lower, upper = take_bound("lower"), take_bound("upper")
-    if joint.get("type") == "continuous":  # unlimited even if it has limits; Drake would insist on a range
+    if joint.get("type") == "continuous":  # unlimited even if limits are given; Drake would require a range
         lower, upper = None, None
         for limit in joint.findall("axis/limit"):
             remove_children(limit, ("lower", "upper"))
@@ -148,10 +152,7 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
 
 
 def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    """Reads position and roll, pitch, yaw in the link's frame.
-
-    Returns None if the pose uses another frame or format.
-    """
+    """Reads position and roll, pitch, yaw in the link's frame. Returns None for other frames and formats."""
     pose = element.find("pose")
     if pose is None:
         return _NO_PLACE, _NO_PLACE
@@ -162,7 +163,7 @@ def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[floa
 
 
 def _put_nothing(inertial: Element) -> None:
-    """Replaces an inertial with the inertial of a massless body."""
+    """Replaces an inertial with that of a massless body."""
     remove_children(inertial, {child.tag for child in inertial})
     _write_moments(inertial, Inertial(0.0, _NO_PLACE, _NO_PLACE, (0.0,) * 6))
 
@@ -177,7 +178,7 @@ def _write_moments(inertial: Element, values: Inertial) -> None:
 
 
 def _read_visual(element: Element, numbers: Numbers, key: str) -> Visual | None:
-    """Reads a shape; a shape that cannot be imported gives None."""
+    """Reads a shape. Returns None if it cannot be imported."""
     geometry, key = element.find("geometry"), f"{key}.visual"
     if geometry is None or not len(geometry) or (pose := _read_pose(element, numbers, key)) is None:
         return None

@@ -1,4 +1,4 @@
-"""Robot as parsed by Drake: a plant without geometry, with joints that can be frozen."""
+"""Represents a robot as a Drake plant without geometry, with joints that can be frozen."""
 
 import difflib
 import logging
@@ -23,12 +23,12 @@ from affordance.extensions.robots.description import Description, JointNotes
 
 @dataclass(frozen=True)
 class RobotTree:
-    """Bodies and joints of a robot as Drake parses it, with Drake's warnings as remarks."""
+    """Bodies and joints of a robot as parsed by Drake, with Drake's warnings as remarks."""
 
     description: Description
     plant: MultibodyPlant  # finalized plant without geometry; every root is welded to the world
     remarks: tuple[str, ...] = ()
-    roots: tuple[str, ...] = ()  # names of the links that no joint carries
+    roots: tuple[str, ...] = ()  # names of the links without a parent joint
 
     @cached_property
     def joints_above(self) -> dict[BodyIndex, Joint]:
@@ -60,10 +60,7 @@ class RobotTree:
         return self.joints_below.get(body.index(), [])
 
     def key(self, element: Joint | RigidBody) -> str:
-        """Returns the key of a joint or link in the description.
-
-        The key is the name, in an SDF with the model's name before it.
-        """
+        """Returns the key of a joint or link in the description: its name, in an SDF after the model's name."""
         model = f"{self.plant.GetModelInstanceName(element.model_instance())}::"
         return f"{model if self.description.kind == 'sdf' else ''}{element.name()}"
 
@@ -84,11 +81,16 @@ class RobotTree:
         ]
 
     def find_frame(self, name: str, option: str) -> Frame | None:
-        """Finds a link or frame by its name, or by ``model::name``.
+        """Finds a link or frame by its name, or by ``model::name`` if several models use the name.
 
-        The model is needed if several models use the name. Returns None if not found.
+        Args:
+            name: Name of the link or frame.
+            option: Option that gave the name, for messages.
 
-        A joint's name or an ambiguous name raises a BadValueError, which cites the option and suggests names.
+        Returns: The frame; None if there is none.
+
+        Raises:
+            BadValueError: The name is ambiguous or that of a joint; the message suggests names.
         """
         named = {frame.scoped_name().get_full(): frame for frame in self.list_frames()}
         found = {full: frame for full, frame in named.items() if name in (frame.name(), full)}
@@ -122,7 +124,7 @@ def build_tree(description: Description) -> RobotTree:
             for root in roots:
                 plant.WeldFrames(plant.world_frame(), root.body_frame())
             plant.Finalize()
-        except (RuntimeError, ValueError, SystemExit) as error:  # Drake exits if its own checks fail
+        except (RuntimeError, ValueError, SystemExit) as error:  # Drake may exit if its own checks fail
             raise ModelFileError(description.path, f"cannot be parsed: {_clean(str(error))}") from error
     if not any(plant.get_joint(index).num_velocities() for index in plant.GetJointIndices()):
         raise ModelFileError(description.path, "has no joint that moves")
@@ -131,7 +133,7 @@ def build_tree(description: Description) -> RobotTree:
 
 
 def _list_roots(path: Path, plant: MultibodyPlant) -> list[RigidBody]:
-    """Lists the links that no joint carries. A link with two parent joints, or a loop, raises a BadValueError."""
+    """Lists the links without a parent joint. Two parent joints, or a loop, raise a BadValueError."""
     above: dict[BodyIndex, Joint] = {}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         child = joint.child_body()
@@ -195,10 +197,10 @@ def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
 def freeze(
     tree: RobotTree, moving: Sequence[Joint], posture: Mapping[str, float]
 ) -> tuple[Context, dict[str, float]]:
-    """Creates a context with moving joints at zero and all others frozen.
+    """Builds a context with moving joints at zero and all other joints frozen.
 
     A joint is frozen at its position in ``posture``, otherwise at its default, clipped to its limits. A joint that
-    follows another is frozen at the position that its leader implies.
+    follows another joint is frozen at the corresponding position.
 
     Returns: The context, and the positions of the frozen joints by name, [rad] or [m].
     """

@@ -22,17 +22,21 @@ from affordance.extensions.robots.description import (
 from affordance.extensions.robots.xml_reader import Numbers, get_attribute, list_new, remove_children
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-_WORLD = "world"  # exists even if the file has no link of this name
+_WORLD = "world"  # exists in every file
 _NO_PLACE = (0.0, 0.0, 0.0)
 _BOUNDS = ("lower", "upper", "velocity")
-# Names of acceleration limits: those of URDF 1.2, which ROS 2 reads, and Drake's.
+# Names of acceleration limits: in URDF 1.2, which ROS 2 reads, and in Drake.
 _ACCELERATION, _OF_DRAKE = ("acceleration", "deceleration"), "drake:acceleration"
-# Elements that a link, its inertial or a joint may have only once; if a file repeats one, the first is used.
+# Elements that may occur once in a link, inertial or joint. If an element is repeated, the first is used.
 _SINGLE = ("inertial", "parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "mass", "inertia")
 
 
 def read_urdf(path: Path, root: Element) -> Description:
-    """Reads a URDF file. An invalid value, or a name that is used twice, raises a BadValueError."""
+    """Reads a URDF file.
+
+    Raises:
+        BadValueError: A value is invalid, or a name is used twice.
+    """
     numbers, robot = Numbers(path), Description(path, "urdf")
     connected: dict[frozenset[str], str] = {}
     colours = _read_colours(root, numbers)
@@ -92,8 +96,8 @@ def _read_connection(joint: Element, path: Path, key: str, links: Collection[str
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and removes limits from its element that Drake cannot use."""
-    if joint.get("type") == "fixed":  # other data of it do not matter
+    """Reads a joint. Limits that Drake cannot use are removed from the XML element."""
+    if joint.get("type") == "fixed":  # its other data do not matter
         remove_children(joint, ("limit", "axis", "dynamics", "mimic"))
     limit, dynamics, mimic = joint.find("limit"), joint.find("dynamics"), joint.find("mimic")
     axis, kind = joint.find("axis"), joint.get("type", "")
@@ -104,9 +108,9 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
             numbers.parse_one(mimic.get("multiplier"), f"{key}.mimic.multiplier", 1.0),
             numbers.parse_one(mimic.get("offset"), f"{key}.mimic.offset", 0.0),
         )
-    _read_pose(joint, numbers, key)  # only to check that it is numeric; Drake reads it
+    _read_pose(joint, numbers, key)  # only checks that it is numeric; Drake reads it
     bounds = {name: numbers.parse_bound(get_attribute(limit, name), f"{key}.limit.{name}") for name in _BOUNDS}
-    if kind == "continuous":  # unlimited even if it has a limit element
+    if kind == "continuous":  # unlimited even with a limit element
         bounds.update(lower=None, upper=None)
     elif bounds["lower"] is not None or bounds["upper"] is not None:
         bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # URDF's default bound
@@ -139,7 +143,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
 
 
 def _keep_acceleration(limit: Element, numbers: Numbers, key: str) -> None:
-    """Writes a joint's lowest acceleration limit for Drake. A value of 0 or less means no limit."""
+    """Writes the lowest acceleration limit of a joint for Drake. A limit of 0 or less is no limit."""
     names = [name for name in limit.attrib if name in _ACCELERATION or name.endswith("}acceleration")]
     values = [numbers.parse_bound(limit.attrib.pop(name), f"{key}.limit.acceleration") for name in names]
     if found := [value for value in values if value is not None and 0.0 < value < math.inf]:
@@ -165,15 +169,15 @@ def _keep_first(robot: Description, element: Element, key: str) -> None:
 
 
 def _write_inertial(link: Element, inertial: Element, nearest: Inertial) -> None:
-    """Replaces the moments of an inertial.
+    """Replaces the moments of an inertial. An inertial without mass is removed.
 
-    An inertial without mass is removed, because Drake would substitute a sphere.
+    Drake would replace a missing mass with a sphere.
     """
     if not nearest.mass:
         link.remove(inertial)
         return
     moments = inertial.find("inertia")
-    assert moments is not None  # an inertial without moments is not impossible
+    assert moments is not None  # an inertial without moments is possible
     moments.attrib.update(zip(MOMENTS, map(repr, nearest.moments), strict=True))
 
 
@@ -207,7 +211,7 @@ def _read_visual(
     colour = colours.get(get_attribute(material, "name") or "")
     if material is not None and material.find("color") is not None:
         colour = numbers.parse(get_attribute(material.find("color"), "rgba"), f"{key}.color", 4, (0.7,) * 3 + (1.0,))
-    sizes = () if shape.tag == "ellipsoid" else numbers.parse_sizes(shape.tag, shape.get, key)  # not a shape of URDF
+    sizes = () if shape.tag == "ellipsoid" else numbers.parse_sizes(shape.tag, shape.get, key)  # not in URDF
     if not sizes:
         return None
     named = get_attribute(material, "name") or ""

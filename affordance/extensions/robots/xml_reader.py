@@ -1,4 +1,4 @@
-"""Reads XML. Errors name file, element and value."""
+"""Reads XML, with errors that name file, element and value."""
 
 import math
 from collections.abc import Callable, Container, Iterable, Iterator
@@ -14,7 +14,7 @@ from affordance.files.constraints import check_names
 
 
 def read_xml(path: Path, content: bytes | None = None) -> Element:
-    """Reads the XML of a robot's file, or of its content. An oversized file, or one with entities, is rejected."""
+    """Parses a robot's XML file, or its content. Oversized files and entities are rejected."""
     root = files.read_xml(path, ROBOT) if content is None else files.parse_xml(path, content)
     check_names(path, "name", (element.get("name", "") for element in root.iter()))
     return root
@@ -22,7 +22,7 @@ def read_xml(path: Path, content: bytes | None = None) -> Element:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Parser of numbers in a file's text, whose errors name the file."""
+    """Parser of numbers in a file, with errors that name the file."""
 
     path: Path
 
@@ -40,14 +40,11 @@ class Numbers:
         return values
 
     def parse_one(self, text: str | None, key: str, default: float) -> float:
-        """Parses one finite number; arguments and errors are as in ``parse``."""
+        """Parses one finite number, as in ``parse``."""
         return self.parse(text, key, 1, (default,))[0]
 
     def parse_sizes(self, shape: str, find: Callable[[str], str | None], key: str) -> tuple[float, ...]:
-        """Parses a mesh's scale (default 1) or a simple shape's sizes (default 1 cm).
-
-        The tuple is empty for other shapes.
-        """
+        """Parses a mesh's scale (default 1) or a simple shape's sizes (default 1 cm). Empty for other shapes."""
         names, default = (("scale",), 1.0) if shape == "mesh" else (SHAPES.get(shape, ()), 0.01)
         sizes: tuple[float, ...] = ()
         for name in names:
@@ -69,13 +66,13 @@ class Numbers:
 
 
 def find_text(element: Element, path: str) -> str | None:
-    """Returns the text of an element below another. Returns None if it is missing."""
+    """Returns the text of a descendant of an element, or None."""
     found = element.find(path)
     return None if found is None else found.text
 
 
 def get_attribute(element: Element | None, name: str) -> str | None:
-    """Returns an attribute of an element. Returns None if either is missing."""
+    """Returns an attribute of an element, or None if the attribute or the element is missing."""
     return None if element is None else element.get(name)
 
 
@@ -91,7 +88,8 @@ def list_new(
 ) -> Iterator[tuple[Element, str, str]]:
     """Yields links or joints, each with its scoped name and its key for messages.
 
-    An element whose name is missing or already known raises a BadValueError.
+    Raises:
+        BadValueError: A name is missing or already used.
     """
     for element in elements:
         short = name_of(element, path)

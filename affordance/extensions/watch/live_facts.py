@@ -1,4 +1,4 @@
-"""Texts and charts of beliefs that ``affordance watch`` shows next to the scene."""
+"""Texts and charts that ``affordance watch`` shows next to the scene."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,19 +16,19 @@ from affordance.objects.tool import Tool
 from affordance.reporting.formatting import format_number
 from affordance.simulation.trial_record import TrialRecord
 
-# Greatest density of a chart, [kg/m^3]: beyond lead, which is the densest of the materials.
+# Largest density in charts, [kg/m^3]. Lead, the densest material, is below it.
 _DENSITY_MAX = 14000.0
 _FRACTIONS = ndtr(np.linspace(-3.0, 3.0, 50))
-# Samples of a mass, spread evenly, points of its curve, and width of the bell around each, in standard deviations.
+# Kernel density estimate of a mass: number of samples, number of points, and bandwidth in standard deviations.
 _NUM_SAMPLES, _NUM_POINTS, _WIDTH = 512, 80, 0.2
-# Probability below which a hold that is no outlier is called somewhat surprising.
+# Largest p-value of a hold that is called somewhat surprising.
 _UNLIKELY = 0.05
 _LIGHT = 0.1  # [kg]
 _GREY, _BLUE, _BLACK = "#aaaaaa", "#1f5fa8", "#222222"
 
 
 def draw_masses(belief: ObjectBelief) -> Array:
-    """Draws masses from the belief about an object, (S,), [kg]. The same belief gives the same draws."""
+    """Samples the belief about an object's mass, (S,), [kg], with a fixed seed."""
     rng = np.random.default_rng(0)
     rho = belief.densities.draw_samples(rng, _NUM_SAMPLES, is_even=True)
     errors = rng.standard_normal((_NUM_SAMPLES, len(belief.geometry.Phi_errors)))
@@ -37,21 +37,21 @@ def draw_masses(belief: ObjectBelief) -> Array:
 
 
 def describe_mass(mass: float, unit: str = " kg", like: float | None = None) -> str:
-    """Formats a mass, [kg], with two decimals, or three for small masses.
+    """Formats a mass, [kg], with two decimals.
 
-    Three are used if it or the comparison is below 0.1 kg.
+    It has three decimals if the mass or the mass that it is compared with (``like``) is below 0.1 kg.
     """
     return f"{mass:.{2 if (mass if like is None else like) >= _LIGHT else 3}f}{unit}"
 
 
 def describe_masses(masses: Array, truth: float) -> str:
-    """Describes a belief about a mass by mean and 90 % interval. Samples are (S,), [kg]."""
+    """Formats mean and 90 % interval of a belief about a mass from its samples, (S,), [kg]."""
     mean, low, high = (describe_mass(each, "", truth) for each in Amount.of(masses))
     return f"{mean} kg ({low} to {high})"
 
 
 def describe_motion(record: TrialRecord) -> str:
-    """Describes how far the object moved from its intended place."""
+    """Describes how far the object moved from its target position."""
     farthest = 100.0 * max(record.height_centre, key=abs)
     text = f"{abs(farthest):.1f} cm {'down' if farthest < 0.0 else 'up'}"
     weak = f"; {', '.join(record.overloaded)} cannot hold it" if record.overloaded else ""
@@ -59,7 +59,7 @@ def describe_motion(record: TrialRecord) -> str:
 
 
 def describe_surprise(record: TrialRecord, *, learns_from_outliers: bool) -> str:
-    """Describes how surprising a hold was, by its probability under the previous belief."""
+    """Describes how surprising a hold was, given its p-value under the previous belief."""
     if record.is_outlier:
         return f"yes, beyond five sigma{'' if learns_from_outliers else ': nothing is learned'}"
     p = format_number(record.p_value, 2)
@@ -67,9 +67,9 @@ def describe_surprise(record: TrialRecord, *, learns_from_outliers: bool) -> str
 
 
 def describe_grip(costs: Mapping[str, float], chosen: str, unit: str) -> str:
-    """Compares the chosen grip with the cheapest at true densities.
+    """Compares the chosen grip with the cheapest grip, given each grip's cost at the true densities.
 
-    Costs are by grip, infinite for infeasible grips.
+    Infeasible grips have infinite costs.
     """
     verdict = "right" if costs[chosen] <= min(costs.values()) else "wrong"
     order = [chosen, *(grip for grip in costs if grip != chosen)]
@@ -79,7 +79,7 @@ def describe_grip(costs: Mapping[str, float], chosen: str, unit: str) -> str:
 
 
 def describe_memory(memory: MaterialMemory, names: Mapping[Colour, str]) -> list[tuple[str, str]]:
-    """Lists the colours of a memory and the beliefs about their densities. Colours are in the notation of pages."""
+    """Lists the colours of a memory in hexadecimal, and the quartiles of their densities as text."""
     if not memory.colours:
         return []
     lows, highs = memory.belief.compute_percentiles([0.25, 0.75]) / 1000.0
@@ -90,7 +90,7 @@ def describe_memory(memory: MaterialMemory, names: Mapping[Colour, str]) -> list
 
 
 def draw_mass_chart(tool: Tool, expected: Array | None, felt: Array | None) -> dict[str, Any]:
-    """Builds the chart of a tool's mass: expected and felt samples, (S,) each, if any."""
+    """Builds a chart of the prior and posterior of a tool's mass from samples, (S,) each, if there are any."""
     most = 1.3 * max([tool.mass] + ([] if expected is None else [float(np.quantile(expected, 0.98))]))
     curves = [(each, colour) for each, colour in ((expected, _GREY), (felt, _BLUE)) if each is not None]
     return _build_chart(
@@ -101,7 +101,7 @@ def draw_mass_chart(tool: Tool, expected: Array | None, felt: Array | None) -> d
 
 
 def draw_density_chart(tool: Tool, expected: ObjectBelief | None, felt: ObjectBelief | None) -> dict[str, Any]:
-    """Builds the chart of a tool's densities by colour: expected and felt, if any."""
+    """Builds a chart of the prior and posterior of a tool's densities, if there are any."""
     truths = [(part.material.density / 1000.0, part.looks_like.colour) for part in tool.components]
     curves = [
         (curve / [1000.0, 1.0], show_colour(colour, 1.0 if belief is expected else 0.6), belief is expected)
@@ -116,9 +116,9 @@ def draw_density_chart(tool: Tool, expected: ObjectBelief | None, felt: ObjectBe
 
 
 def trace_densities(belief: DensityBelief) -> list[Array]:
-    """Computes the marginal probability density of each density, (N, 2) each.
+    """Computes the marginal distribution of each density as a curve, (N, 2).
 
-    The columns are [kg/m^3] and the probability density over its maximum.
+    Columns are the density, [kg/m^3], and the probability density relative to its maximum.
     """
     if not belief.size:
         return []
@@ -131,14 +131,14 @@ def trace_densities(belief: DensityBelief) -> list[Array]:
 
 
 def show_colour(colour: Colour, brightness: float = 1.0) -> str:
-    """Formats a colour for a page, darkened by a factor."""
+    """Formats a colour in hexadecimal, darkened by a factor."""
     return "#" + "".join(f"{round(255 * brightness * min(max(each, 0.0), 1.0)):02x}" for each in colour)
 
 
 def _trace_masses(masses: Array) -> Array:
-    """Estimates the probability density of samples, (S,), as (N, 2).
+    """Estimates the distribution of sampled masses, (S,), as a curve, (N, 2).
 
-    The columns are [kg] and the probability density over its maximum.
+    Columns are the mass, [kg], and the probability density relative to its maximum.
     """
     width = max(_WIDTH * float(masses.std()), 1e-6)
     at = np.linspace(max(0.0, masses.min() - 3.0 * width), masses.max() + 3.0 * width, _NUM_POINTS)
@@ -149,7 +149,13 @@ def _trace_masses(masses: Array) -> Array:
 def _build_chart(
     most: float, curves: Sequence[tuple[Array, str, bool]], truths: Sequence[tuple[float, str]]
 ) -> dict[str, Any]:
-    """Builds a chart from 0 to ``most``. Curves have a colour and may be filled; true values have a colour."""
+    """Builds a chart with an axis from 0 to ``most``.
+
+    Args:
+        most: End of the axis.
+        curves: Points (N, 2) of each curve, its colour, and True to fill it.
+        truths: True values and their colours.
+    """
     step = max(each for each in (*(m * 10.0**k for k in range(-4, 3) for m in (1, 2, 5)),) if each <= most / 3.0)
     return {
         "curves": [

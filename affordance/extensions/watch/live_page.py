@@ -1,7 +1,4 @@
-"""Page of ``affordance watch``: Meshcat's scene with a panel next to it.
-
-Only browsers of this machine are served.
-"""
+"""Web page of ``affordance watch``, with a Meshcat scene and a panel, for browsers on the same machine."""
 
 import json
 import threading
@@ -16,27 +13,33 @@ from affordance.exceptions import AffordanceError
 from affordance.files.template import render_template
 
 _HOST = "localhost"
-# Names under which a browser may ask: a page of another site that gives its own name this machine's address may not.
+# Accepted host names. Others are rejected to prevent DNS rebinding by pages of other sites.
 _HOSTS = (_HOST, "127.0.0.1")
 _STATE = "/state"
 
 
 class LivePage:
-    """Page that is served until the process ends. The page asks for the state several times a second."""
+    """Web page that polls the state several times per second, served until the process ends."""
 
     def __init__(
         self, meshcat: Meshcat, buttons: Sequence[tuple[str, str]], sliders: Sequence[tuple[str, str, float, float]]
     ) -> None:
-        """Opens a local port. Buttons are name and key, sliders name, label and ends, all of Meshcat's controls.
+        """Serves the page at a free local port.
 
-        An AffordanceError means that no port can be opened.
+        Args:
+            meshcat: Scene.
+            buttons: Name and key of each Meshcat button.
+            sliders: Name, label, and smallest and largest value of each Meshcat slider.
+
+        Raises:
+            AffordanceError: No port can be opened.
         """
         folder = Path(FindResourceOrThrow("drake/geometry/meshcat.html")).parent
         panel = render_template(
             "affordance.extensions.watch", "live_panel.html.j2", escapes=True, buttons=buttons, sliders=sliders
         )
         page = (folder / "meshcat.html").read_text(encoding="utf-8")
-        # Meshcat's own server answers the scene's connection alone.
+        # The websocket of the scene connects to the server of Meshcat.
         page = page.replace("url = location.toString();", f"url = {json.dumps(meshcat.web_url())};")
         page = page.replace(
             "<title>Drake MeshCat</title>", '<title>affordance watch</title><link rel="icon" href="data:,">'
@@ -63,24 +66,24 @@ class LivePage:
         return f"http://{_HOST}:{self.port}"
 
     def show(self, state: Mapping[str, object]) -> None:
-        """Shows a state on all pages. The template reads every key of it."""
+        """Publishes a state, which has all keys of the template, to all open pages."""
         text = json.dumps(state, allow_nan=False)
         self._server.answers[_STATE] = ("application/json", text.encode())
 
 
 class _Server(ThreadingHTTPServer):
-    """Server of a few prepared answers: type and content by path."""
+    """Server of prepared answers: content type and content by path."""
 
     daemon_threads = True
     answers: dict[str, tuple[str, bytes]]
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Ignores a browser that leaves during an answer."""
+        """Ignores browsers that disconnect during an answer."""
 
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Server
-    timeout = 10.0  # of a connection on which nothing is asked, [s]
+    timeout = 10.0  # of an idle connection, [s]
 
     def do_GET(self) -> None:
         """Sends the prepared answer for the path."""
@@ -102,4 +105,4 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
     def log_message(self, *_: object) -> None:
-        """Keeps requests off the terminal."""
+        """Suppresses the log of requests."""

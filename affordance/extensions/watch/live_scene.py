@@ -1,4 +1,4 @@
-"""Live scene of ``affordance watch``: the arm in Meshcat, with expected and felt values."""
+"""Live scene of ``affordance watch``: the arm in Meshcat, next to beliefs before and after feeling."""
 
 import math
 import time
@@ -24,18 +24,18 @@ from affordance.plant.load import attach_tool, parse_arm
 from affordance.reporting.replay import HELD_HEIGHT, open_meshcat, set_stage
 from affordance.reporting.side_view import SideView, find_direction, list_corners, place_camera
 
-_FRAME = 1.0 / 30.0  # time between two pictures, [s]
+_FRAME = 1.0 / 30.0  # time between two frames, [s]
 _RED = Rgba(0.8, 0.2, 0.1, 1.0)
-# Sliders: label, least and greatest value; both multiply what the objects' file says.
+# Sliders with label, smallest and largest value. Their values scale the density and size of the objects.
 DENSITY, SIZE = "Density, times", "Size, times"
 _SLIDERS = ((DENSITY, "Density", 0.1, 2.0), (SIZE, "Size", 0.5, 1.5))
-_PATIENCE = 0.1  # time between looks for a wish, [s]
-# Headings of the lines next to the scene, in their order.
+_PATIENCE = 0.1  # time between checks for a request, [s]
+# Headings of the lines next to the scene, from top to bottom.
 _ROWS = ("True mass", "Expected", "After feeling", "Moved", "Surprise", "Grip")
 
 
 class Wish(Enum):
-    """Wish of a visitor, by the label of its button. A moved slider has no label."""
+    """Request of a user. Values are labels of buttons; CHANGE means that a slider was moved."""
 
     NEXT = "Next object"
     DECOY = "Decoy"
@@ -44,19 +44,22 @@ class Wish(Enum):
 
 
 class LiveScene:
-    """Scene that several Diagrams share, one after another."""
+    """Meshcat scene and page that show several Diagrams, one after another."""
 
     def __init__(self, directives: Path, names: Mapping[Colour, str], tools: Iterable[Tool] = ()) -> None:
-        """Opens Meshcat and the page. The camera sees the arm with each of the tools in its hand.
+        """Opens Meshcat and the page. Errors are as in ``open_meshcat`` and ``LivePage``.
 
-        Errors are as in ``open_meshcat`` and ``LivePage``.
+        Args:
+            directives: File of the arm.
+            names: Name of each colour.
+            tools: Tools that must fit in the view when held.
         """
         self.meshcat = open_meshcat("the live scene")
         self._names = names
         self._tool: Tool | None = None
         self._expected: ObjectBelief | None = None
         self._felt: ObjectBelief | None = None
-        self._masses: Array | None = None  # as expected
+        self._masses: Array | None = None  # samples of the expected mass
         self._follows = True
         buttons = [(wish.value, wish.value[0]) for wish in Wish if wish.value]
         for name, key in buttons:
@@ -70,7 +73,7 @@ class LiveScene:
         self._state: dict[str, Any] = {"view": (view.wide, view.high), "note": ""}
 
     def _set_stage(self, directives: Path, tools: Iterable[Tool]) -> SideView:
-        """Points the camera at the arm in its home posture, with the tools in its hand."""
+        """Points the camera at the arm in its home posture so that all tools in its hand are visible."""
         builder = DiagramBuilder()
         plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
         hand = parse_arm(plant, directives)
@@ -89,26 +92,23 @@ class LiveScene:
 
     @property
     def addresses(self) -> tuple[str, str]:
-        """Addresses of the page and its scene."""
+        """Addresses of the page and the scene."""
         return self.page.address, self.meshcat.web_url()
 
     @property
     def factors(self) -> tuple[float, float]:
-        """Factors of true density and size that the sliders set.
-
-        The factors are within the sliders' ends; NaN becomes 1.
-        """
+        """Factors for density and size, limited to the range of the sliders. NaN becomes 1."""
         sent = [(self.meshcat.GetSliderValue(name), low, high) for name, _, low, high in _SLIDERS]
         density, size = (1.0 if math.isnan(value) else min(max(value, low), high) for value, low, high in sent)
         return density, size
 
     @property
     def is_wanted(self) -> bool:
-        """True if a button or slider was used since the last wish was taken."""
+        """True if a button or slider was used since the last request."""
         return self._clicks != self._count_clicks() or self._factors != self.factors
 
     def take_wish(self) -> Wish | None:
-        """Takes the wish since the last call. Returns None without a wish."""
+        """Returns the request since the last call, or None."""
         clicks, factors = self._count_clicks(), self.factors
         pressed = [wish for wish, number in clicks.items() if number != self._clicks[wish]]
         moved = factors != self._factors
@@ -116,14 +116,14 @@ class LiveScene:
         return pressed[0] if pressed else Wish.CHANGE if moved else None
 
     def wait(self, seconds: float = np.inf) -> Wish | None:
-        """Waits for a wish, at most some time, [s], and takes it."""
+        """Waits for a request for at most the given time, [s], and returns it or None."""
         end = time.monotonic() + seconds
         while not self.is_wanted and time.monotonic() < end:
             time.sleep(_PATIENCE)
         return self.take_wish()
 
     def add_to(self, builder: DiagramBuilder, plant: MultibodyPlant, posterior: OutputPort) -> None:
-        """Adds systems to a Diagram that show a plant with shapes, and the belief on a port."""
+        """Adds systems to a Diagram that show a plant and the belief from an output port."""
         (scene_graph,) = (system for system in builder.GetMutableSystems() if isinstance(system, SceneGraph))
         shown = MeshcatVisualizerParams(prefix="arm", publish_period=_FRAME)
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, self.meshcat, shown)
@@ -131,9 +131,13 @@ class LiveScene:
         builder.Connect(posterior, display.GetInputPort("posterior"))
 
     def announce(self, what: str, tool: Tool, memory: MaterialMemory, *, follows: bool = True) -> None:
-        """Begins and prints the presentation of a tool to an observer with a memory.
+        """Announces the presentation of a tool on the page and the terminal.
 
-        From then on the first belief about the tool is drawn, and with ``follows`` also the present belief.
+        Args:
+            what: Kind of presentation.
+            tool: Presented tool.
+            memory: Memory of the observer before the presentation.
+            follows: True to show the posterior in addition to the prior.
         """
         self._follows = follows
         self._tool, self._expected, self._felt, self._masses = tool, None, None, None
@@ -146,7 +150,7 @@ class LiveScene:
         self.tell({}, memory, note="")
 
     def tell(self, rows: Mapping[str, str], memory: MaterialMemory | None = None, note: str | None = None) -> None:
-        """Shows lines of text by heading, and the memory's beliefs about materials."""
+        """Updates lines of text by heading, the beliefs about materials, and the note."""
         self._rows |= rows
         if memory is not None:
             self._state["legend"] = facts.describe_memory(memory, self._names)
@@ -155,11 +159,11 @@ class LiveScene:
         self._show()
 
     def draw_path(self, p_WG: Array) -> None:
-        """Draws the demanded path of a point until the next announcement. Positions are (N, 3), [m]."""
+        """Draws the desired path of a point, (N, 3), [m], until the next announcement."""
         self.meshcat.SetLine("path", np.asfortranarray(p_WG.T), 2.0, _RED)
 
     def follow(self, belief: ObjectBelief) -> None:
-        """Draws the belief about the object at hand, if it has changed. The first belief is the expectation."""
+        """Shows the belief about the object if it has changed. The first belief is the prior."""
         if self._expected is None:
             assert self._tool is not None  # announced before
             self._expected = belief
@@ -187,7 +191,7 @@ class LiveScene:
 
 
 class _BeliefDisplay(SampledSystem):
-    """System that shows the belief next to the scene. The system ends a presentation at a visitor's wish.
+    """System that shows the belief next to the scene, and ends the presentation when the user requests something.
 
     Input ports:
         posterior: Belief given the samples so far, ObjectBelief.

@@ -1,4 +1,4 @@
-"""Presents a simulation of the paper to one observer, in real time, in the live scene."""
+"""Real-time presentation of a simulation of the paper in the live scene."""
 
 from collections.abc import Sequence
 
@@ -25,7 +25,7 @@ from affordance.runs.random_streams import Stream
 from affordance.simulation.blow import run_blow
 from affordance.simulation.trial import TrialRunner
 
-# A decoy looks like the object before it, and has this share of its density.
+# Density of a decoy as a fraction of the density of the object that it looks like.
 _DECOY = 0.1
 _PAUSE = 1.0  # between presentations, [s]
 _DONE = "Choose what comes next."
@@ -35,7 +35,7 @@ class Show:
     """Presentations of an experiment to one observer, in real time."""
 
     def __init__(self, name: str, setup: Setup) -> None:
-        """Opens the scene, and plans the task of Simulation III or IV."""
+        """Opens the scene and, for Simulations III and IV, plans the task."""
         self._setup, self._settings = setup, setup.settings
         self._tools, self._duration, task = _begin(name, setup)
         self._start = self._memory = setup.start_memory(0)
@@ -49,7 +49,7 @@ class Show:
             self._choice: Choice = choices[novel.name]
             self._grips = novel.list_gripped()
             shown += self._grips.values()
-        # A memory may be of more than these objects.
+        # The memory can contain materials of other objects.
         known = load_materials(self._settings.arm.parent / MATERIALS.name)
         parts = [*known.values(), *(part.looks_like for tool in self._tools for part in tool.components)]
         names = {part.colour: part.name.replace("_", " ") for part in parts}
@@ -57,7 +57,7 @@ class Show:
         self._runner = TrialRunner(self._settings, display=self.scene.add_to)
 
     def run(self) -> None:
-        """Presents all objects and fulfils visitors' wishes, until an interruption."""
+        """Presents all objects and serves requests of users until the process is interrupted."""
         place, is_decoy = 0, False
         while True:
             wish = self._hold(self._tools[place % len(self._tools)], is_decoy=is_decoy) or self._do_task()
@@ -73,9 +73,9 @@ class Show:
                 place = (place + 1) % len(self._tools)
 
     def _hold(self, tool: Tool, *, is_decoy: bool) -> Wish | None:
-        """Presents an object and returns a visitor's wish.
+        """Presents an object, and returns the request of a user or None.
 
-        The observer learns from it unless a wish ends it before.
+        A request ends the presentation early. Then the observer does not learn from it.
         """
         density, size = self.scene.factors
         tool = tool.scaled(density * (_DECOY if is_decoy else 1.0), size)
@@ -94,18 +94,18 @@ class Show:
         return None
 
     def _advance(self, simulator: Simulator, end: float) -> Wish | None:
-        """Advances a presentation in real time to a time, [s], or to a wish. The wish is returned."""
+        """Runs a presentation in real time until ``end``, [s], or a request. Returns the request or None."""
         simulator.set_target_realtime_rate(1.0)
         simulator.AdvanceTo(end)
         return self.scene.take_wish()
 
     def _do_task(self) -> Wish | None:
-        """Chooses a grip of the novel tool by the present belief, and does the task. Returns a wish."""
+        """Chooses a grip of the novel tool, performs the task, and returns the request of a user or None."""
         if self._task is None:
             return None
         rng = np.random.default_rng([self._setup.seed, 0, self._trial, Stream.PAPER])
         costs = self._choice.compute_costs(self._choice.draw_parameters(self._memory, rng, 1))
-        (chosen,) = pick_cheapest(costs, rng)  # each grip can do it, or planning had said so
+        (chosen,) = pick_cheapest(costs, rng)  # planning has checked that each grip is feasible
         option, cost = self._choice.options[chosen], self._choice.cost_models[chosen]
         held, seed = self._grips[option.grip], (self._setup.seed, 1, self._trial)
         self.scene.announce(f"chosen by {option.grip.replace('_', ' ')}", held, self._memory, follows=False)
@@ -116,14 +116,14 @@ class Show:
             self.scene.draw_path(following.list_places(np.linspace(0.0, self._task.duration, 50)))
             simulator = trial.prepare(trial.diagram.CreateDefaultContext(), held, following, self._memory, seed)
             return self._advance(simulator, self._task.duration)
-        assert isinstance(cost, BlowCost)  # as built by a Hammer
+        assert isinstance(cost, BlowCost)  # the task is a Hammer
         model = ArmModel(load_arm(self._settings.arm))
         strike = plan_strike(cost, self._task, model, held.parameters, self._settings)
         run_blow(self._runner, held, strike, self._memory, seed=seed)
         return self.scene.take_wish()
 
     def _judge(self, chosen: str) -> str:
-        """Compares a grip with the cheapest at the true densities."""
+        """Compares the chosen grip with the cheapest grip at the true densities."""
         parameters = np.array([self._grips[option.grip].parameters for option in self._choice.options])
         costs = self._choice.compute_costs(parameters[:, None])
         cost = np.where(costs.feasible, costs.cost, np.inf)[:, 0]
@@ -133,9 +133,9 @@ class Show:
 
 
 def _begin(name: str, setup: Setup) -> tuple[Sequence[Tool], float, tuple[Reach | Hammer, Tool] | None]:
-    """Returns the objects in an observer's order, the hold duration, [s], and the task.
+    """Reads the objects and the task of a simulation.
 
-    The task has its tool; None if there is no task.
+    Returns: Objects in order of presentation, duration of a hold, [s], and the task with its tool, or None.
     """
     if name == "weight":
         return weight.read(setup), weight.DURATION, None

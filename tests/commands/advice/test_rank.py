@@ -115,7 +115,7 @@ def test_results_are_written_with_a_picture(tmp_path, known, monkeypatch):
     (of_cost, of_probability) = drawn
     names = [label.get_text().replace("\n", " ") for label in of_cost.get_yticklabels()]
     assert names[0] == f"{content['choice']['tool']}, {content['choice']['grip']}"
-    assert of_probability.get_xlabel() == "probability of being best"
+    assert of_probability.get_xlabel() == "probability of\nbeing best"
 
 
 def test_grip_that_cannot_be_held_is_not_taken(known):

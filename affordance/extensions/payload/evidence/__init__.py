@@ -1,1 +1,1 @@
-"""Evidence of a loaded run after removing the empty arm, and the likelihood of a payload."""
+"""Builds the evidence of a loaded run, without the empty arm, and the likelihood of a payload."""

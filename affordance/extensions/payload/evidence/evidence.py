@@ -1,9 +1,7 @@
-"""Evidence of a loaded run: its samples without the empty arm.
+"""Evidence of a loaded run: samples from which the empty arm is subtracted, or in which it is modelled.
 
-The arm is subtracted or modelled.
-
-Every analysis (repeated motion, fitted arm, arm's file, wrist sensor) builds an ``Evidence``. Inference uses nothing
-else.
+Every analysis (repeated motion, fitted arm, arm's file, wrist sensor) builds an ``Evidence``, which is all that
+inference needs.
 """
 
 import itertools
@@ -26,12 +24,12 @@ from affordance.extensions.payload.settings import IdentificationSettings, Signa
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.serial_chain import ChainDynamics, SerialChain
 
-# Numbers of unknowns that postures determine: the offset of a channel; mass and first moment; and three each for the
-# forces and the moments of a wrist sensor, which include the two angles of gravity.
+# Numbers of unknowns that postures determine: offset of a channel; mass and first moment of the load; and for a wrist
+# sensor three each in the forces and moments, including the two angles of gravity.
 _OFFSET, _OF_LOAD, _OF_WRENCH = 1.0, 4.0, 3.0
-# Weight of the mean variance of similar channels, as a number of postures added to a channel's own.
+# Weight of the mean variance of similar channels, in postures.
 _SHRINKAGE = 4.0
-_RESOLUTION = 2.0**-16  # least error relative to the signal: the step of a converter of 16 bits
+_RESOLUTION = 2.0**-16  # least error relative to the signal: resolution of a 16-bit converter
 _LEVEL, _NORMAL = 0.95, 1.6448536  # upper end of a 90 % interval, as a quantile and in normal SDs
 
 
@@ -40,8 +38,8 @@ def estimate_variance_at_rest(statistics: JointStatistics, weights: Array, alike
 
     A posture counts as one sample, because its error persists as long as it is held. Each channel's variance is
     shrunk towards the mean over channels with similar errors, and widened so that a normal error has the 90 %
-    interval of Student's t. It is at least the variance due to a sensor's resolution, which tables without noise
-    would miss.
+    interval of Student's t. It is at least the variance due to the sensor's resolution, because the errors of
+    noise-free tables would be zero.
 
     Args:
         statistics: Sums over the postures.
@@ -63,16 +61,15 @@ def estimate_variance_at_rest(statistics: JointStatistics, weights: Array, alike
     return result
 
 
-# Degrees of freedom that the fit removes from the residual: ten shared by all channels, and those of each channel's
-# friction.
+# Degrees of freedom that the fit removes from the residual: shared by all channels, and for each channel's friction.
 _SHARED, _OWN = 10.0, 3.0
 # Lower bound of the residual degrees of freedom, unless there are even fewer samples.
 _FEWEST = 2.0
-# Ratio of moment offsets to force offsets of a wrist sensor, [m], from the lever arms of its forces.
+# Ratio of a wrist sensor's moment offsets to its force offsets, a typical lever arm, [m].
 MOMENT_SHARE = 0.1
 
-# Errors with the correlation exp(-|t| / T), summed over blocks of x T: correlation of neighbouring sums, and ratio of
-# the long-run variance to that of the sums, both as integrals of the correlation; for T from none to twenty blocks.
+# For errors with the correlation exp(-|t| / T) in blocks of length x T: correlation of the sums of neighbouring
+# blocks, and ratio of the long-run variance to the variance of the sums. T is from zero to twenty blocks.
 _X = np.geomspace(50.0, 0.05, 200)
 _BETWEEN = _X - 1.0 + np.exp(-_X)
 _CORRELATIONS = np.append(0.0, 0.5 * (1.0 - np.exp(-_X)) ** 2 / _BETWEEN)
@@ -85,21 +82,23 @@ class ErrorModel(NamedTuple):
     alike: float  # number of neighbouring samples that the filter correlates; 1 if none
     correlated: bool  # True if errors may be correlated over longer times
     least_variance: Array  # lower bound of the long-run variance from earlier runs, shape (C,), [signal unit squared]
-    # Groups of channels with errors of similar size, if the arm was held at rest in a few postures; empty if it
-    # moved.
+    # Groups of channels with errors of similar size in a run of held postures; empty for a moving arm.
     alike_at_rest: tuple[slice, ...] = ()
-    drifts: bool = False  # True if errors may last for many blocks, as those of a wrist sensor do
+    drifts: bool = False  # True if errors may last for many blocks, like a wrist sensor's drift
 
     def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Estimates each channel's long-run error variance, shape (C,). The residual is w^T z, w (C, 27).
+        """Estimates each channel's long-run error variance, shape (C,).
 
-        The estimate is the sum of squared block sums of the residual divided by the number of samples. This is the
-        variance of a sample times the number of samples that share its error. If the sensor drifts, it is multiplied
-        by the number of blocks that share an error, which follows from the correlation of neighbouring blocks. It is
-        at least the variance with correlation by the filter alone, and at least the variance of earlier runs. A
-        channel with no more independent samples than fitted unknowns has an uninformative residual, so its whole
-        signal may be error. At rest the errors of postures are independent but few: see
-        ``estimate_variance_at_rest``.
+        The estimate is the sum of squared block sums of the residual divided by the number of samples. This equals
+        the variance of a sample times the number of samples that share its error. If the sensor drifts, the estimate
+        is multiplied by the number of blocks that share an error, which follows from the correlation of neighbouring
+        blocks. The result is at least the variance if only the filter correlates errors, and at least the variance of
+        earlier runs. If a channel has no more independent samples than fitted unknowns, its residual is
+        uninformative, and the whole signal may be error. For postures see ``estimate_variance_at_rest``.
+
+        Args:
+            statistics: Sums over the run.
+            weights: Weights w of the residual w^T z, shape (C, 27).
         """
         if self.alike_at_rest:
             estimate = estimate_variance_at_rest(statistics, weights, self.alike_at_rest)
@@ -118,24 +117,21 @@ class ErrorModel(NamedTuple):
         return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
 
     def _count_alike_blocks(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Counts the neighbouring blocks that share an error, (C,), at least one."""
+        """Estimates the number of neighbouring blocks that share an error, (C,), at least one."""
         if not self.drifts:
             return np.ones(statistics.num_channels)
         alike: Array = np.interp(statistics.correlate_blocks(weights), _CORRELATIONS, _ALIKE)
         return alike
 
     def count_freedom(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Counts the degrees of freedom of each channel's variance, (C,).
-
-        The result is the number of errors less fitted unknowns.
-        """
+        """Computes each channel's degrees of freedom, (C,): independent errors minus fitted unknowns."""
         count = np.maximum(statistics.counts, 1.0)
         of_block = statistics.block_length * self._count_alike_blocks(statistics, weights)
         errors = count / (of_block if self.correlated else self.alike)
         return np.maximum(errors - self._count_fitted(statistics), np.minimum(errors, _FEWEST))
 
     def _count_fitted(self, statistics: JointStatistics) -> float:
-        """Returns the number of fitted unknowns per channel. A sensor that drifts has no friction."""
+        """Returns the number of fitted unknowns per channel. Channels that drift have no friction."""
         return (_OFFSET if self.drifts else _OWN) + _SHARED / statistics.num_channels
 
 
@@ -149,27 +145,26 @@ class Evidence:
     channel_names: tuple[str, ...]  # names of the joints, or of the components of the wrench
     prepared: PreparedRun  # evenly spaced samples of the run, with their times, motion and filter
     rate: float  # sampling rate, [Hz]
-    samples: ChannelSamples  # samples of all channels; the empty arm is subtracted, or modelled by its torque
-    arm_torque: Array  # torque of the arm alone, which determines the sign of the load, shape (N, C), [N m]
-    is_difference: bool  # True if the signal is the load's part alone: that of the empty arm was subtracted
-    # True if the subtracted signal is that of an empty run with the same motion; False if it is that of a model of
-    # the arm.
+    samples: ChannelSamples  # samples of all channels, with the empty arm subtracted or modelled
+    arm_torque: Array  # torque of the empty arm, which determines the load's sign, shape (N, C), [N m]
+    is_difference: bool  # True if the signal of the empty arm was subtracted
+    # True if the subtracted signal was recorded with the same motion; False if a model of the arm predicted it.
     is_repeated: bool = False
     # Lower bound of the long-run variance from earlier runs, shape (C,), or (1,) for all channels,
     # [signal unit squared].
     least_variance: Array = field(default_factory=lambda: np.zeros(1))
-    # Mean of the phantom payload, the apparent load of an empty hand, shape (10,).
+    # Mean of the phantom payload, which is the apparent load of an empty hand, shape (10,).
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
-    # Covariance of the phantom payload, which includes errors that do not average out, shape (10, 10).
+    # Covariance of the phantom payload, including errors that do not average out, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
     friction_scale: float = 1.0  # ratio of the friction in the signal to its change between two runs
-    # Standard deviations of the friction that remains after an arm was fitted to other runs, shape (C, 3), in the
-    # signal's unit; None for those of the signal's kind.
+    # Standard deviations of the friction that remains after subtracting an arm fitted to other runs, shape (C, 3), in
+    # the signal's unit; None for the prior of the signal's kind.
     friction_left: Array | None = None
     notes: tuple[str, ...] = ()  # findings of the analysis, in words
 
     def select(self, rows: slice) -> "Evidence":
-        """Returns some rows of the run."""
+        """Selects samples of the run by their rows."""
         return replace(
             self,
             prepared=self.prepared.select(rows),
@@ -178,7 +173,7 @@ class Evidence:
         )
 
     def split(self, length: float) -> list["Evidence"]:
-        """Splits the run into stretches of about the given length, [s]."""
+        """Splits the run into stretches of about a given length, [s]."""
         num_samples = len(self.prepared.times)
         parts = max(1, round(num_samples / (length * self.rate)))
         edges = np.linspace(0, num_samples, parts + 1).astype(int)
@@ -187,7 +182,7 @@ class Evidence:
     def list_friction_sds(self, settings: IdentificationSettings) -> Array:
         """Returns prior SDs of Coulomb friction, viscous friction and offset, (C, 3).
 
-        A wrist sensor has offsets only.
+        A wrist sensor has only offsets.
         """
         if self.friction_left is not None:
             return self.friction_left
@@ -197,17 +192,17 @@ class Evidence:
         return np.outer(np.where(np.arange(6) < 3, 1.0, MOMENT_SHARE), [0.0, 0.0, sd])
 
     def list_change_sds(self, gain: Array, settings: IdentificationSettings) -> tuple[Array, Array]:
-        """Returns SDs of gain changes since the subtracted run, common and per channel, (C,)."""
+        """Returns SDs of gain changes since the subtracted run: common, and individual for each channel, (C,)."""
         if not self.is_difference:
             return np.zeros_like(gain), np.zeros_like(gain)
         prior = settings.get_prior(self.kind)
         return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
 
     def list_rotor_sds(self) -> Array:
-        """Returns prior SDs of rotor inertias times gain, (C,). The SDs are large enough to explain the whole signal.
+        """Returns prior SDs of rotor inertia times gain, (C,), large enough to explain the whole signal.
 
-        No robot's file has these inertias. Reflected at the joints of a UR10e, they are .4 to 7 kg m^2. They cancel
-        in a difference, and are not felt by wrist sensors or by torque sensors beyond the gears.
+        Robots' files do not contain rotor inertias. Reflected to the joints of a UR10e, they are .4 to 7 kg m^2. They
+        cancel in a difference, and do not affect wrist sensors or link-side torque sensors.
         """
         samples = self.samples
         signal, vdot = (
@@ -224,7 +219,7 @@ class Evidence:
 
     @property
     def is_at_rest(self) -> bool:
-        """True if the arm was held in postures and never moved."""
+        """True if the run consists of held postures."""
         return not self.prepared.v.any()
 
     def _list_alike(self) -> tuple[slice, ...]:
@@ -232,15 +227,15 @@ class Evidence:
         return (slice(3), slice(3, 6)) if self.kind is SignalKind.WRENCH else (slice(len(self.channel_names)),)
 
     def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
-        """Computes the sums over the run."""
+        """Computes the sums of products over the run."""
         return compute_statistics(self.samples, max(1, round(settings.block * self.rate)))
 
     def with_load(self, pi: Array) -> "Evidence":
-        """Returns the evidence with the load signs of a payload pi, (10,).
+        """Updates the signs of load friction for a payload pi, (10,).
 
-        Load friction is mu |tau| against the motion. In a difference of two runs it is mu (|tau_arm + Y pi| -
-        |tau_arm|), so the load sign s is d times the bracket over Y pi. It lies between -1 and 1, and equals d
-        sign(tau_arm) if the arm's torque is the larger one.
+        Load friction is mu |tau|, opposite to the motion. In a difference of two runs it is mu (|tau_arm + Y pi| -
+        |tau_arm|), so the load sign s is d times the bracket over Y pi. It is from -1 to 1, and equals d
+        sign(tau_arm) if the arm's torque is larger than the load's.
         """
         payload = self.samples.Y @ pi
         total = self.arm_torque + payload
@@ -256,7 +251,7 @@ class Evidence:
 def build_error_model(
     rate: float, cutoff: float, least_variance: Array, settings: IdentificationSettings
 ) -> ErrorModel:
-    """Builds the error model of signals with a rate and a filter cut-off, [Hz] each."""
+    """Builds the error model of signals with a sampling rate and a filter cut-off, both in [Hz]."""
     alike = max(rate / (2.0 * cutoff), 1.0) if settings.correlated_noise else 1.0
     return ErrorModel(alike, settings.correlated_noise, least_variance)
 
@@ -272,16 +267,16 @@ def build_evidence(
     is_difference: bool,
     dynamics: ChainDynamics | None = None,
 ) -> Evidence:
-    """Builds the evidence of all channels, without the model errors of an analysis.
+    """Builds the evidence of all channels, without the model errors of a particular analysis.
 
-    The signal is restored to its state before a controller's compensation. The dynamics of the motion are computed
-    for joint signals unless they are given. The other arguments become the fields of the same names.
+    Torques that a controller subtracted are restored. The dynamics of the motion are computed for joint signals if
+    not given. The other arguments become fields with the same names.
     """
     zero = np.zeros_like(prepared.signal)
     if kind is SignalKind.WRENCH:
         names: tuple[str, ...] = WRENCH_COLUMNS
         arm_torque = zero
-        # Forces come first, as in sensor messages.
+        # Forces are first, as in sensor messages.
         W = robot.compute_wrench_regressors(*prepared.motion)[:, [3, 4, 5, 0, 1, 2]]
         samples = ChannelSamples(W, zero, zero, zero, zero, zero, prepared.signal, np.ones(zero.shape, dtype=bool))
     else:
@@ -299,7 +294,7 @@ def build_evidence(
 
 
 def restore_compensated(robot: SerialChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
-    """Restores torques that a run's controller subtracted from its signal, (N, n). The gain has shape (n,)."""
+    """Adds the torques that a controller subtracted to the signal, (N, n). The gain has shape (n,)."""
     description, signal = run.description, prepared.signal
     rest = np.zeros_like(prepared.v)
     motion = (prepared.q, rest, rest) if description.leaves_inertia else prepared.motion

@@ -2,10 +2,10 @@
 
     x_j = g_j (tau_file,j + W_j dpi + F_j f_j) + e
 
-with tau_file the torques according to the arm's file, W the links' regressors, dpi the errors of the file's inertias,
-which all joints share, and F_j the friction columns of joint j. All unknowns have normal priors, so the fit is one
-linear solve; the last link absorbs the apparent payload of an empty hand (the tare). Sums of products are stored in
-cells of half a second, so that a fit without some of them needs no second pass over the samples.
+Here tau_file are the torques according to the arm's file, W the regressors of the links, dpi the errors of the file's
+inertial parameters, which all joints share, and F_j the friction columns of joint j. All unknowns have normal priors,
+so the fit is one linear solve. The last link absorbs the apparent payload of an empty hand (the tare). Sums of
+products are stored for cells of half a second, so that cells can be left out without repeating the sums.
 """
 
 from collections.abc import Sequence
@@ -21,15 +21,15 @@ from affordance.extensions.payload.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
 CELL = 0.5  # [s]
-# Relative SD of the link masses in a file, and the length that converts it to first moments and moments of inertia,
-# [m]. Files are right to within some ten per cent. Prediction errors of a Panda's empty run hardly depend on this
-# value from 0.1 to 1.
+# Relative SD of the link masses in a file, and the length that converts it to SDs of first moments and moments of
+# inertia, [m]. Files are accurate to about ten per cent. Prediction errors of a Panda's empty run hardly depend on
+# this value from 0.1 to 1.
 _SHARE, _LENGTH = 0.3, 0.2
 # Number of friction columns: direction, velocity, constant, load, square and cube root of velocity, rotor inertia.
 _NUM_FRICTION = 7
-_OF_MOTION = np.array([True, True, False, True, True, True, False])  # all but the offset and the rotor inertia
+_OF_MOTION = np.array([True, True, False, True, True, True, False])  # all except offset and rotor inertia
 _NUM_PASSES = 3
-# Correlation time of the errors that is assumed until a first fit gives residuals, [s].
+# Correlation time of the errors until a first fit gives residuals, [s]: an assumption.
 _FIRST_AGREEMENT = 0.5
 
 
@@ -43,16 +43,16 @@ class FittedArm:
     friction: Array  # friction coefficients f, shape (n, 7), [N m per unit of the column]
     link_root: Array  # square root L of the covariance of dpi, L L^T, shape (10 n, 10 n)
     # Long-run variance of the prediction errors, shape (n,), in the signal's unit squared. This field and the
-    # following ones are set if the errors were measured by cross-validation.
+    # following fields are set if cross-validation measured the errors.
     least_variance: Array = field(default_factory=lambda: np.zeros(1))
     phantom_mass: float = 0.0  # standard deviation of the apparent mass in an empty hand, [kg]
-    # Standard deviations by which friction (direction, velocity, offset) differs in another run, shape (n, 3).
+    # Standard deviations of friction changes (direction, velocity, offset) between runs, shape (n, 3).
     friction_left: Array = field(default_factory=lambda: np.zeros((1, 3)))
-    # Prediction errors of each run, shape (N, n) each; each stretch is predicted by a fit without it.
+    # Prediction errors of each run, shape (N, n) each. The fit that predicts a stretch does not use it.
     residual: tuple[Array, ...] = ()
 
     def predict(self, prepared: PreparedRun) -> Array:
-        """Predicts the signal of the empty arm along a motion, shape (N, n)."""
+        """Predicts the signal of the empty arm for a motion, shape (N, n)."""
         W = self.robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
         tau_file = W @ self.robot.link_parameters.ravel()
         friction = np.einsum("njf,jf->nj", _list_friction(prepared.v, prepared.vdot, tau_file), self.friction)
@@ -60,9 +60,9 @@ class FittedArm:
         return signal
 
     def measure_friction(self, runs: Sequence[PreparedRun], min_speed: float) -> tuple[Array, Array]:
-        """Computes RMS of each joint's fitted friction and of its speed, (n,) each. The offset is excluded.
+        """Computes each joint's RMS friction, without offset, and RMS speed, (n,) each.
 
-        Friction is in the signal's unit, speeds in [rad/s]. Samples slower than ``min_speed``, [rad/s], do not count.
+        Friction is in the signal's unit, speed in [rad/s]. Samples slower than ``min_speed``, [rad/s], are left out.
         """
         coefficients = np.where(_OF_MOTION, self.friction, 0.0)
         v = np.concatenate([run.v for run in runs])
@@ -75,7 +75,7 @@ class FittedArm:
 
 
 class ArmRegression:
-    """Sums of products of empty runs. An arm can be fitted without any subset of cells."""
+    """Sums of products of empty runs, from which an arm can be fitted to any subset of cells."""
 
     def __init__(
         self,
@@ -85,7 +85,7 @@ class ArmRegression:
         gains: Gains,
         settings: IdentificationSettings,
     ) -> None:
-        """Computes the sums of all cells, from signals of shape (N, n) and mean gains.
+        """Computes the sums of all cells from signals with shape (N, n) and mean gains.
 
         Raises:
             BadValueError: A joint never moves faster than the minimum speed.
@@ -111,16 +111,16 @@ class ArmRegression:
         self._products, self._sums = np.concatenate(products), np.concatenate(sums)
         self._counts = np.concatenate(counts)
         self.run_of_cell = np.array(run_of_cell)
-        # Number of rows in a cell of each run.
+        # Number of rows per cell, for each run.
         self.cell_lengths = [round(CELL * run.rate) for run in runs]
 
     @property
     def num_cells(self) -> int:
-        """Number of cells, over all runs."""
+        """Number of cells in all runs."""
         return len(self.run_of_cell)
 
     def fit(self, kept: Mask) -> FittedArm:
-        """Fits the arm to the kept cells, a mask of shape (num_cells,)."""
+        """Fits the arm to some of the cells, given as a mask with shape (num_cells,)."""
         products = self._products[kept].sum(axis=0)  # (n, P + 1, P + 1)
         counts = np.maximum(self._counts[kept].sum(axis=0), 1.0)
         num_joints, num_links = self.robot.num_joints, len(self._scale)
@@ -148,7 +148,7 @@ class ArmRegression:
         return FittedArm(self.robot, self.gain, self._scale * links, friction, root)
 
     def _measure_variance(self, kept: Mask, weights: Array) -> Array:
-        """Computes the residual's long-run variance from blocks of four cells, (n,), [(N m)^2]."""
+        """Computes the long-run variance of the residual from blocks of four cells, (n,), [(N m)^2]."""
         sums = np.einsum("kji,ji->kj", self._sums, weights) * kept[:, None]
         starts = np.arange(0, len(sums), 4)
         blocks = np.add.reduceat(sums, starts, axis=0)
@@ -160,7 +160,7 @@ class ArmRegression:
     def _build_columns(self, run: PreparedRun, signal: Array, settings: IdentificationSettings) -> tuple[Array, Mask]:
         """Builds each joint's regression columns, (n, N, P + 1), and a mask of used samples.
 
-        Columns are W, F and the signal less the file's torque.
+        The columns are W, F, and the signal minus the torque according to the file.
         """
         W = self.robot.compute_link_regressors(run.q, run.v, run.vdot)
         tau_file = W @ self.robot.link_parameters.ravel()
@@ -173,14 +173,14 @@ class ArmRegression:
 
 
 def _list_friction(v: Array, vdot: Array, tau_file: Array) -> Array:
-    """Builds the columns of friction and rotor inertia, shape (..., n, 7)."""
+    """Builds the regressor columns of friction and rotor inertia, shape (..., n, 7)."""
     direction = np.sign(v)
     columns = [direction, v, np.ones_like(v), np.abs(tau_file) * direction, v * np.abs(v), np.cbrt(v), vdot]
     return np.stack(columns, axis=-1)
 
 
 def build_link_scale(robot: SerialChain) -> Array:
-    """Builds prior SDs of the file's inertia errors, link by link, shape (10 n,)."""
+    """Builds the prior SDs of the file's inertial parameters for all links, shape (10 n,)."""
     masses = robot.link_parameters[:, 0]
     masses = _SHARE * np.maximum(masses, 0.1 * masses.mean() + 1e-6)
     unit = np.array([1.0, *[_LENGTH] * 3, *[_LENGTH**2] * 6])

@@ -1,7 +1,7 @@
-"""Gains of joints: signal per newton metre, and friction that grows with load.
+"""Gains of joints: signal per torque, and friction that is proportional to the load.
 
-Torque sensors are calibrated by their makers. No robot's file contains the gains of motor currents. They are
-estimated with a load of known mass or, less accurately, from the arm's own weight.
+Manufacturers calibrate torque sensors. Robots' files do not contain gains of motor currents, which are estimated with
+a load of known mass or, less accurately, from the arm's own weight.
 """
 
 from dataclasses import dataclass, replace
@@ -35,16 +35,16 @@ class Gains:
         common_sd: Relative standard deviation of a factor common to all gains.
         friction: Means of each joint's Coulomb friction, viscous friction and offset, shape (n, 3), in the signal's
             unit.
-        friction_sd: Standard deviations of friction, shape (n, 3); None if friction was not calibrated, so that the
-            prior of the signal's kind applies.
+        friction_sd: Standard deviations of friction, shape (n, 3); None for the prior of the signal's kind, if
+            friction was not calibrated.
         least_variance: Long-run variance of the error in the calibration runs, shape (n,).
         source: Origin of the gains, in words.
         robot: Fingerprint of the arm that was calibrated; empty if unknown.
-        is_by_weight: True if the gains were estimated from the arm's own weight, and so share the errors of its file.
-        own_weight: Ratio of the signal for the arm's own weight in the empty run to the signal that gain and robot's
-            file predict, and the relative error of this ratio, shape (n, 2), NaN for joints that cannot be judged;
-            None if unknown. The file's errors are the same in every run, so a change of the ratio reveals another
-            controller.
+        is_by_weight: True if the gains were estimated from the arm's own weight, so that they share the errors of its
+            file.
+        own_weight: Ratio of own-weight signal in the empty run to the signal predicted from gain and robot's file,
+            and the relative error of this ratio, shape (n, 2); NaN for joints that cannot be tested, None if unknown.
+            The file's errors are the same in every run, so a change of the ratio reveals another controller.
 
     Example:
         >>> from affordance import Robot
@@ -74,16 +74,13 @@ class Gains:
 
     @property
     def load_friction(self) -> Array:
-        """Load friction mu of each joint, shape (n,).
-
-        The friction is zero for a joint that never moved, whose gain is zero.
-        """
+        """Load friction mu of each joint, shape (n,); zero for a joint that never moved."""
         g, h = self.mean.T
         mu: Array = np.divide(h, g, out=np.zeros_like(g), where=g != 0.0)
         return mu
 
     def widen(self) -> "Gains":
-        """Returns gains of which only the size is known. Each is the median of all, to about 50 %."""
+        """Replaces all gains with their median, uncertain by about 50 %."""
         typical = np.median(np.abs(self.mean[:, 0]))
         mean = np.tile([typical, 0.0], (len(self.mean), 1))
         covariance = np.tile(typical**2 * np.diag([0.25, 0.01]), (len(self.mean), 1, 1))
@@ -95,7 +92,7 @@ class Gains:
         drift = np.zeros_like(self.covariance)
         g = self.mean[:, 0]
         drift[:, 0, 0] = (prior.drift_own_sd * g) ** 2
-        # Load friction drifts only in signals that contain gear friction.
+        # Load friction drifts only if the signal contains gear friction.
         if self.mean[:, 1].any() or prior.load_friction_sd > 0.0:
             drift[:, 1, 1] = (settings.load_friction_drift * g) ** 2
         friction_sd = self.friction_sd
@@ -120,7 +117,7 @@ def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings
 
 
 def write_gains(path: StrPath, gains: Gains) -> None:
-    """Writes gains as JSON, a subset of YAML, in full precision.
+    """Writes gains as JSON, which is also valid YAML, in full precision.
 
     Raises:
         BadArgumentError: The argument is not of class Gains.
@@ -143,7 +140,7 @@ def write_gains(path: StrPath, gains: Gains) -> None:
 
 
 def read_gains(path: StrPath) -> Gains:
-    """Reads gains from a file of ``write_gains``.
+    """Reads gains from a file that ``write_gains`` wrote.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message names it.
@@ -152,7 +149,7 @@ def read_gains(path: StrPath) -> Gains:
 
 
 class JointEntry(DataModel):
-    """Gain, load friction and friction of a joint."""
+    """Gain, load friction and friction of a joint in a file."""
 
     gain: Annotated[float, Within(-1e6, 1e6), Field(description="Gain g, signal per N m.")]
     load_friction: Annotated[float, Within(-2.0, 2.0), Field(description="Share of the load lost in friction, mu.")]
@@ -174,7 +171,7 @@ class JointEntry(DataModel):
 
     @model_validator(mode="after")
     def check_values(self) -> Self:
-        """Rejects a gain of zero, and invalid covariances."""
+        """Rejects a zero gain and invalid covariances."""
         gg, gh, hh = self.covariance
         if self.gain == 0.0:
             raise complain("is 0, must not be 0", "gain")
@@ -186,7 +183,7 @@ class JointEntry(DataModel):
 
 
 class _GainsEntry(DataModel):
-    """File of gains."""
+    """Contents of a gains file."""
 
     source: Annotated[str, Text(), Field(description="Origin of the gains, in words.")]
     robot: Annotated[str, Field(description="Fingerprint of the arm; empty if unknown.")] = ""
@@ -224,7 +221,7 @@ class _GainsEntry(DataModel):
 
 
 def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) -> Gains:
-    """Returns the gains in the order of an arm's joints.
+    """Reorders the gains to match an arm's joints.
 
     Raises:
         BadValueError: A joint has no gain.

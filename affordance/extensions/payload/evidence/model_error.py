@@ -1,9 +1,9 @@
-"""Model error that does not average out, estimated from stretches of empty runs.
+"""Estimates model errors that do not average out, from stretches of empty runs.
 
 The error of an arm's model depends on its configuration, not on chance: the apparent payload of an empty Panda is as
 large over ten seconds as over two. The error is estimated from stretches of empty runs, each predicted by an arm
-fitted to the others. It enters every identification as a phantom payload: a mass of unknown sign somewhere near the
-tip.
+fitted to the other stretches. Every identification includes the error as a phantom payload: a mass of unknown sign
+somewhere near the tip.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,24 +20,21 @@ from affordance.plant.serial_chain import SerialChain
 
 # SD of the phantom's position about the tip in each direction, [m].
 _REACH_SD = 0.15
-# Mass SD of an uninformative phantom, which regularises the regression of link errors on the payload, [kg].
+# Mass SD of an uninformative phantom, which regularises the projection of link errors onto the payload, [kg].
 _BROAD_MASS = 10.0
-# Grid of the phantom's mass SD, [kg], even in the logarithm because its order of magnitude is unknown.
+# Grid of the phantom's mass SD, [kg], logarithmic because its order of magnitude is unknown.
 _SMALLEST, _LARGEST, _NUM_SIZES = 1e-3, 1.0, 60
 # SD of an external pull in each direction, [N]: 30 cm of a sensor cable of 60 g per metre, an assumption.
 PULL = 0.2
 
 
 def build_phantom_covariance(mass_sd: float) -> Array:
-    """Builds the covariance of a mass of unknown sign near the tip, (10, 10).
-
-    ``mass_sd`` is the standard deviation of the mass, [kg].
-    """
+    """Builds the covariance of a phantom payload near the tip, (10, 10), with a given SD of its mass, [kg]."""
     a = _REACH_SD**2
     C = np.zeros((NUM_PARAMETERS, NUM_PARAMETERS))
     C[0, 0] = 1.0
     C[1:4, 1:4] = a * np.eye(3)
-    # Covariances of y^2 + z^2 and its permutations, with x, y and z normal.
+    # Covariances of y^2 + z^2 and its permutations for normal x, y and z.
     C[0, 4:7] = C[4:7, 0] = 2.0 * a
     C[4:7, 4:7] = a**2 * (6.0 * np.ones((3, 3)) + 2.0 * np.eye(3))
     C[7:, 7:] = a**2 * np.eye(3)
@@ -45,10 +42,15 @@ def build_phantom_covariance(mass_sd: float) -> Array:
 
 
 def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
-    """Projects errors of the links onto the payload by least squares along a motion. Returns the covariance.
+    """Computes the covariance of the apparent payload due to link errors, by least squares along a motion.
 
-    The links' parameters have the covariance L L^T with L = ``root``, shape (10 n, 10 n); the payload's covariance
-    has shape (10, 10).
+    Args:
+        robot: Arm.
+        prepared: Motion.
+        samples: Samples of the motion.
+        root: Square root L of the covariance L L^T of the links' parameters, shape (10 n, 10 n).
+
+    Returns: Covariance of the payload, shape (10, 10).
     """
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
     seen_as = _project(samples, W) @ root
@@ -57,10 +59,12 @@ def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: Chan
 
 
 def project_pulls(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Projects an external pull onto the payload along a motion. Returns the least-squares covariance, (10, 10).
+    """Computes the covariance of the apparent payload due to an external pull, by least squares along a motion.
 
-    A cable or hose pulls in a constant direction at one of the links of the outer half of the arm. All of these links
-    are equally probable, so that more than one lever arm is possible.
+    A cable or hose pulls in a constant direction at one link of the outer half of the arm. All of these links are
+    equally probable, so that several lever arms are possible.
+
+    Returns: Covariance of the payload, shape (10, 10).
     """
     motions = list(robot.compute_link_motions(*prepared.motion))
     outer = range(len(motions) // 2, len(motions))
@@ -74,7 +78,7 @@ def project_pulls(robot: SerialChain, prepared: PreparedRun, samples: ChannelSam
 
 
 def _project(samples: ChannelSamples, columns: Array) -> Array:
-    """Computes the least-squares payloads, (10, K), for torques, (N, C, K)."""
+    """Computes the payloads that best fit torques, (N, C, K), in least squares, shape (10, K)."""
     Y = (samples.Y * samples.used[..., None]).reshape(-1, NUM_PARAMETERS)
     broad = np.linalg.inv(build_phantom_covariance(_BROAD_MASS))
     torques = (columns * samples.used[..., None]).reshape(len(Y), -1)
@@ -86,7 +90,7 @@ def estimate_phantom_mass(stretches: list[Quadratic]) -> float:
     """Estimates the SD of the phantom's mass from empty stretches, [kg].
 
     Each stretch has the likelihood p(signals | delta) with delta ~ N(0, s^2 C). The result is the root mean square of
-    s under its posterior, which is larger for few stretches.
+    s under its posterior, which is larger if there are few stretches.
     """
     sizes = np.geomspace(_SMALLEST, _LARGEST, _NUM_SIZES)
     log_evidence = np.zeros(_NUM_SIZES)
@@ -105,11 +109,12 @@ def estimate_sizes(
 ) -> tuple[float, float]:
     """Estimates the SD of the phantom's mass, [kg], and the unexplained share of friction.
 
-    Both are root mean squares under their joint posterior, with log-uniform priors, and are larger for few stretches.
+    Both are root mean squares under their joint posterior, with log-uniform priors. They are larger if there are few
+    stretches.
 
     Args:
         list_stretches: Function that builds the likelihoods of the empty stretches for a share.
-        shares: Shares to compare.
+        shares: Candidate shares.
     """
     sizes = np.geomspace(_SMALLEST, _LARGEST, _NUM_SIZES)
     covariance = build_phantom_covariance(1.0)

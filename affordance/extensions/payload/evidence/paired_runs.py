@@ -1,7 +1,7 @@
-"""Evidence from a repeated motion: subtracts the empty run from the loaded run.
+"""Builds evidence from a repeated motion: subtracts the empty run from the loaded run.
 
 Everything that both runs share cancels, including friction, and no model of the arm is needed. The delay between the
-runs is found to a fraction of a sample by matching joint angles.
+runs is estimated to a fraction of a sample by matching joint angles.
 """
 
 from collections.abc import Sequence
@@ -21,9 +21,9 @@ from affordance.extensions.payload.recording.run import FEWEST_POSTURES, POSTURE
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
-# Share of the loaded run's moving time that the common part must span.
+# Share of the loaded run's motion that the common part must include.
 _SHARE = 0.5
-_NUM_STEPS = 5  # number of least-squares steps for the lag; each divides the error by a hundred
+_NUM_STEPS = 5  # number of least-squares steps for the lag, each of which divides the error by a hundred
 _MOVING = 0.01  # joint speed below which the arm is at rest, [rad/s]
 
 
@@ -33,7 +33,7 @@ def build_paired_evidence(
     """Builds the evidence of a loaded run that repeats the only empty run.
 
     Raises:
-        BadValueError: There are several empty runs, or the loaded run does not repeat the empty one.
+        BadValueError: There are several empty runs, or the loaded run does not repeat the empty run.
     """
     of_empty = get_only(empty, "a paired analysis")
     if loaded.description.postures:
@@ -53,10 +53,10 @@ def get_only(empty: Sequence[Run], analysis: str) -> Run:
 
 
 def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Subtracts an empty run from a loaded run that repeats its motion.
+    """Subtracts an empty run from a loaded run with the same motion.
 
     Raises:
-        BadValueError: The loaded run does not repeat the empty one.
+        BadValueError: The loaded run does not repeat the empty run.
     """
     alignment = align(empty, loaded, settings.repeat_tolerance)
     step = max(1.0 / empty.rate, 1.0 / loaded.rate)
@@ -65,7 +65,7 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
     before = prepare(empty, settings, cutoff=cutoff, times=times)
     after = prepare(loaded, settings, cutoff=cutoff, times=times + alignment.lag)
     nominal = np.ones(robot.num_joints)
-    # The motion is the mean of both, which differ by a ten-thousandth of a radian.
+    # The motion is the mean of both runs, which differ by a ten-thousandth of a radian.
     both = before._replace(
         q=0.5 * (before.q + after.q),
         v=0.5 * (before.v + after.v),
@@ -90,10 +90,10 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
 
 
 def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Subtracts empty postures from the same postures with the load. Postures without a counterpart are left out.
+    """Subtracts empty postures from the same postures with the load. Unmatched postures are left out.
 
     Raises:
-        BadValueError: Too few postures have a counterpart.
+        BadValueError: Too few postures match.
     """
     apart = np.abs(loaded.q[:, None] - empty.q[None]).max(axis=2)
     nearest = apart.argmin(axis=1)
@@ -109,7 +109,7 @@ def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: Identif
     before = prepare(empty, settings).select(nearest[rows])
     nominal = np.ones(robot.num_joints)
     signal = restore_compensated(robot, loaded, after, nominal) - restore_compensated(robot, empty, before, nominal)
-    if kind is not SignalKind.CURRENT:  # the arm droops under the load, so its own-weight torque differs
+    if kind is not SignalKind.CURRENT:  # the arm droops under the load, so its own-weight torque changes
         signal = signal - robot.compute_arm_torques(*after.motion) + robot.compute_arm_torques(*before.motion)
     times = np.linspace(0.0, POSTURE_STEP * (len(rows) - 1), len(rows))
     evidence = build_evidence(
@@ -127,22 +127,22 @@ def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: Identif
 
 
 class Alignment(NamedTuple):
-    """Alignment of a loaded run with an empty one in time."""
+    """Alignment of a loaded run with an empty run in time."""
 
-    lag: float  # lag of the loaded run behind the empty one, each in its own clock, [s]
-    start: float  # start of the common part in the empty run's clock, [s]
-    end: float  # end of the common part in the empty run's clock, [s]
-    difference: float  # largest difference of a joint angle over the common part, [rad]
+    lag: float  # lag of the loaded run behind the empty run, each on its own clock, [s]
+    start: float  # start of the common part on the empty run's clock, [s]
+    end: float  # end of the common part on the empty run's clock, [s]
+    difference: float  # largest difference of a joint angle in the common part, [rad]
 
 
 def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
     """Finds the lag of a loaded run behind an empty run with the same motion.
 
-    Joint angles must agree to a tolerance, [rad].
+    Joint angles must agree within a tolerance, [rad].
 
     Raises:
-        BadValueError: A run has no motion, or the loaded run does not repeat the empty one; the message names the row
-            and joint that differ most.
+        BadValueError: A run has no motion, or the loaded run does not repeat the empty run; the message names the row
+            and the joint with the largest difference.
     """
     step = max(1.0 / empty.rate, 1.0 / loaded.rate)
     reference, moved = (_sample_velocity(run, step) for run in (empty, loaded))
@@ -150,7 +150,7 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
         still = empty if not reference.any() else loaded
         raise BadValueError(still.source, "q", f"has no joint that moves faster than {_MOVING:g} rad/s")
     rough = _correlate(reference, moved) * step + loaded.times[0] - empty.times[0]
-    margin = 3.0 * step  # the lag may still change by two steps
+    margin = 3.0 * step  # the lag may change by two more steps
     start = float(max(empty.times[0], loaded.times[0] - rough + margin))
     end = float(min(empty.times[-1], loaded.times[-1] - rough - margin))
     times = np.arange(start, end, step)
@@ -179,8 +179,8 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
 
 
 def _correlate(reference: Array, moved: Array) -> int:
-    """Finds the lag of velocities, (N, C), behind similar reference velocities. The lag is a number of rows."""
-    size = len(reference) + len(moved) - 1  # padded, so that ends do not wrap around to beginnings
+    """Finds the lag of velocities, (N, C), behind similar reference velocities, in rows."""
+    size = len(reference) + len(moved) - 1  # padded, so that ends do not wrap around
     spectra = np.fft.rfft(moved, size, axis=0) * np.fft.rfft(reference, size, axis=0).conj()
     lag = int(np.argmax(np.fft.irfft(spectra.sum(axis=1), size)))
     return lag if lag < len(moved) else lag - size
@@ -193,9 +193,9 @@ def _measure_motion(run: Run) -> float:
 
 
 def _sample_velocity(run: Run, step: float) -> Array:
-    """Computes velocities at even times from angles, with zero for an arm at rest.
+    """Computes velocities from angles at evenly spaced times, with zero for an arm at rest.
 
-    Motion is thus matched, not poses or noise.
+    Velocities are matched instead of angles, so that motion decides and not the postures at rest.
     """
     times = np.arange(run.times[0], run.times[-1], step)
     v = np.gradient(resample(times, run.times, run.q), step, axis=0)

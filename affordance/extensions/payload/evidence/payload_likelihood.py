@@ -1,11 +1,11 @@
-"""Likelihood of the ten parameters, after integrating out all other unknowns.
+"""Likelihood of the ten parameters, with all other unknowns integrated out.
 
-Given the load, all other unknowns (gain, load friction and friction of each channel) enter the signal linearly and
-have normal priors. Their integral therefore has a closed form, however uncertain they are; nothing is linearised. It
-costs a few products of small matrices, for a thousand loads at once.
+Given the load, the signal is linear in all other unknowns (gain, load friction and friction of each channel), which
+have normal priors. Their integral therefore has a closed form, however uncertain they are. It costs a few products of
+small matrices for a thousand loads at once.
 
-Gains differ from run to run, so the arm's torque remains in the signal after subtraction. A factor of each channel
-acts as one more friction term. A factor common to all channels is integrated out last.
+Gains change from run to run, so part of the arm's torque remains after subtraction. The change of each channel's gain
+is treated like one more friction term. A change common to all channels is integrated out last.
 """
 
 from dataclasses import dataclass, field
@@ -30,34 +30,33 @@ from affordance.objects.inertia import NUM_PARAMETERS
 _NUM_LOAD = 22  # number of columns of z that contain the load
 _HALF = 11  # number of these columns without the factor s, and with it
 _KEPT = np.r_[0:_NUM_LOAD, SIGNAL]
-# Columns of friction and rotor, and that of the arm's torque, which remains in a difference of two runs whose gains
-# differ.
+# Columns of friction, rotor inertia, and the arm's torque, which remains in a difference of two runs if gains change.
 _NUISANCES = np.r_[FRICTION, ROTOR, ARM]
 
 
 @dataclass(frozen=True)
 class ChannelPrior:
-    """Prior of all unknowns but the payload."""
+    """Prior of all unknowns except the payload."""
 
     gain: Array  # means of g and h of each channel, shape (C, 2), [unit of the signal per N m]
-    gain_covariance: Array  # covariance of g and h, channel by channel, shape (C, 2, 2)
+    gain_covariance: Array  # covariance of g and h for each channel, shape (C, 2, 2)
     friction: Array  # means of c_C, c_v, c_0, shape (C, 3), in the signal's unit (c_v: per rad/s)
     friction_sd: Array  # standard deviations of friction, shape (C, 3)
-    # Mean of the phantom payload, the apparent load of an empty hand, shape (10,).
+    # Mean of the phantom payload, which is the apparent load of an empty hand, shape (10,).
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
     # Covariance of the phantom payload, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
     has_arm: bool = True  # True if the arm's torque is in the signal; False if it was subtracted
-    # Standard deviations of the change of gains between the subtracted run and the loaded one, shape (C,),
-    # [unit of the signal per N m]: the change common to all channels, in proportion, and each channel's own.
+    # Standard deviations of gain changes between the subtracted and the loaded run, shape (C,), [unit of the signal
+    # per N m]: of a change in proportion to all gains, and of each channel's own change.
     shared_change_sd: Array | float = 0.0
     own_change_sd: Array | float = 0.0
-    # Standard deviation of the rotors' inertias times gain, shape (C,), [unit of the signal per rad/s^2].
+    # Standard deviation of rotor inertia times gain, shape (C,), [unit of the signal per rad/s^2].
     rotor_sd: Array | float = 0.0
 
 
 class _AtLoad(NamedTuple):
-    """Terms at one load that determine gains and gain changes, A = d x / d (g, h)."""
+    """Terms at one load that determine gains and gain changes, with A = d x / d (g, h)."""
 
     load: Array  # coefficients of the load, shape (11,)
     residual: Array  # A^T K (x - A g), shape (C, 2)
@@ -70,8 +69,8 @@ class PayloadLikelihood:
     """Log likelihood log p(signals of a run | pi), up to a constant.
 
     A signal is x = A beta + u t + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load.
-    The load is tau_arm + Y pi, or Y pi if the arm was subtracted. u ~ N(0, 1) is the change of gains common to all
-    channels, and t is the arm's torque times its standard deviation.
+    The load is tau_arm + Y pi, or Y pi if the arm was subtracted. u ~ N(0, 1) is the gain change common to all
+    channels, and t is the arm's torque times the standard deviation of this change.
     """
 
     def __init__(self, statistics: JointStatistics, prior: ChannelPrior, long_run_variance: Array) -> None:
@@ -82,7 +81,7 @@ class PayloadLikelihood:
         self.prior = prior
         # Number of errors from which each channel's variance was estimated.
         self.num_errors = statistics.counts / statistics.block_length
-        # The signal is centred on the mean of friction: x - f^T c in place of x.
+        # The signal is centred on the mean of friction: x - f^T c replaces x.
         shift = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
         shift[:, FRICTION, SIGNAL] = -prior.friction
         products = shift.transpose(0, 2, 1) @ statistics.products @ shift / long_run_variance[:, None, None]
@@ -93,7 +92,7 @@ class PayloadLikelihood:
         F = np.column_stack([prior.friction_sd, rotor, own])[:, :, None] * np.eye(5)
         cross = F @ products[:, _NUISANCES[:, None], _KEPT]  # (C, 5, 23)
         inner = np.eye(5) + F @ products[:, _NUISANCES[:, None], _NUISANCES] @ F
-        # F u, with u the posterior mean of standardised friction, is linear in the residual without friction.
+        # F u is linear in the residual without friction; here u is the posterior mean of standardised friction.
         self._friction = F @ np.linalg.solve(inner, cross)
         self._log_friction = float(np.linalg.slogdet(inner)[1].sum())
         K = products[:, _KEPT[:, None], _KEPT] - cross.transpose(0, 2, 1) @ np.linalg.solve(inner, cross)
@@ -109,13 +108,13 @@ class PayloadLikelihood:
         self._K = K[:, :_NUM_LOAD, :_NUM_LOAD].reshape(-1, 2, _HALF, 2, _HALF)
         self._Kx = K[:, :_NUM_LOAD, _NUM_LOAD].reshape(-1, 2, _HALF)
         self._xx = K[:, _NUM_LOAD, _NUM_LOAD]
-        # K and Kx as matrices that act on products of two coefficients of the load, or on one.
+        # K and Kx as matrices that multiply products of two coefficients of the load, or single coefficients.
         self._K_of_pairs = self._K.transpose(2, 4, 0, 1, 3).reshape(_HALF**2, -1)
         self._Kx_of_load = self._Kx.transpose(2, 0, 1).reshape(_HALF, -1)
         self._L = factor(prior.gain_covariance)
 
     def compute_log_likelihood(self, pi: Array) -> Array:
-        """Computes log L of N loads, (N, 10), up to a common constant; shape (N,).
+        """Computes log L, (N,), of N loads, (N, 10), up to a common constant.
 
         A load is the body plus the deviation of the phantom payload from its mean.
         """
@@ -124,7 +123,7 @@ class PayloadLikelihood:
         a, b, d, c0, c1 = values[:, 1:].reshape(len(pi), 5, -1).swapaxes(0, 1)
         determinant = 1.0 + a + d + np.maximum(a * d - b**2, 0.0)
         explained = ((1.0 + d) * c0**2 - 2.0 * b * c0 * c1 + (1.0 + a) * c1**2) / determinant
-        # This sum of squares is lost to rounding where a load is millions of times too heavy.
+        # Rounding destroys this sum of squares if a load is millions of times too heavy.
         squares = np.maximum(values[:, 0] - explained.sum(axis=1), 0.0)
         log_likelihood: Array = -0.5 * (squares + np.log(determinant).sum(axis=1))
         if self._has_shared:
@@ -137,11 +136,10 @@ class PayloadLikelihood:
         return log_likelihood
 
     def compute_log_evidence(self, covariance: Array, sizes: Array) -> Array:
-        """Computes log p(signals), up to a constant, for given prior sizes, (sizes,).
+        """Computes log p(signals), up to a constant, for loads ~ N(0, size^2 covariance) and exact gains.
 
-        Gains are exact, and loads are ~ N(0, size^2 covariance).
-
-        Values are comparable between priors of friction, unlike log likelihoods of a load.
+        The result has one value per size. Unlike log likelihoods of a load, the values are comparable between priors
+        of friction.
         """
         quadratic, root = self.linearise(np.zeros(NUM_PARAMETERS)), factor(covariance)
         values, vectors = np.linalg.eigh(root.T @ quadratic.precision @ root)
@@ -153,7 +151,7 @@ class PayloadLikelihood:
         return log_evidence
 
     def linearise(self, pi: Array) -> Quadratic:
-        """Builds the quadratic approximation of log L near a load, (10,). Products of two errors are neglected."""
+        """Builds the Gauss-Newton approximation of log L near a load, (10,)."""
         H, b = self._linearise_channels(pi)
         H, b = H.sum(axis=0), b.sum(axis=0)
         if self._has_shared:  # the last unknown is u
@@ -164,15 +162,13 @@ class PayloadLikelihood:
         return Quadratic(0.5 * (H + H.T), b + H @ pi)
 
     def count_errors(self, pi: Array, covariance: Array) -> float:
-        """Counts the degrees of freedom of a load's distance, given estimated variances.
+        """Computes the degrees of freedom of a load's distance from its expectation, given estimated variances.
 
-        The distance is from the expectation.
-
-        The distance is weighted by the load's error, H^-1 with H = sum H_c over channels c, plus errors of known
-        covariance C, (10, 10). With M the inverse of this sum, channel c contributes k_c = tr(M H^-1 H_c H^-1) to the
-        k measured numbers. As its variance was estimated from n_c errors, the distance varies as if there were k^2 /
-        sum(k_c^2 / n_c) errors (Satterthwaite 1946). Estimated variances also change the relative weights of the
-        channels, which is neglected. The likelihood is taken as quadratic near the load pi, (10,).
+        The distance is weighted with the inverse of the load's error covariance, H^-1 with H = sum H_c over channels
+        c, plus a known covariance C, (10, 10). With M the inverse of this sum, channel c contributes k_c = tr(M H^-1
+        H_c H^-1) to the k measured numbers. Its variance was estimated from n_c errors, so the distance varies as if
+        there were k^2 / sum(k_c^2 / n_c) errors (Satterthwaite 1946). The effect of estimated variances on the
+        relative weights of the channels is neglected. The likelihood is assumed quadratic near the load pi, (10,).
         """
         each, _ = self._linearise_channels(pi)
         each = each[:, :-1, :-1]
@@ -186,19 +182,19 @@ class PayloadLikelihood:
         return num_values**2 / max(float((shares[used] ** 2 / self.num_errors[used]).sum()), np.finfo(float).tiny)
 
     def _linearise_channels(self, pi: Array) -> tuple[Array, Array]:
-        """Computes curvature, (C, 11, 11), and gradient, (C, 11), of channels' log L at a load.
+        """Computes curvature, (C, 11, 11), and gradient, (C, 11), of each channel's log L at a load.
 
-        The last unknown is u, the change of gains common to all channels, about 0.
+        The last unknown is u, the gain change common to all channels, which is zero at this point.
         """
         at = self._condition(pi)
         gain, _ = self._estimate_gains(at)
         g, L, load, inverse = self.prior.gain, self._L, at.load, at.inverse
-        # T = g Y + h s Y, at the gains that fit this load.
+        # T = g Y + h s Y, with the gains that fit this load.
         TK = np.einsum("ca,caibj->cibj", gain, self._K[:, :, 1:])
         TKA = TK @ load  # (C, 10, 2)
         TKT = np.einsum("cibj,cb->cij", TK[..., 1:], gain)
         TKx = np.einsum("ca,cai->ci", gain, self._Kx[:, :, 1:])
-        # Rows of u below those of the load, with t in place of T.
+        # Rows of u below the rows of the load, with t in place of T.
         tT = np.einsum("ca,cai->ci", gain, self._t_load[:, :, 1:])
         TKT = np.concatenate([TKT, tT[:, None]], axis=1)
         TKT = np.concatenate([TKT, np.append(tT, self._tt[:, None], axis=1)[..., None]], axis=2)
@@ -218,10 +214,7 @@ class PayloadLikelihood:
         return float(f.sum()) / precision
 
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
-        """Computes posterior means, (C, 2), and covariances of g and h given a load, (10,).
-
-        Covariances are (C, 2, 2).
-        """
+        """Computes posterior means, (C, 2), and covariances, (C, 2, 2), of g and h given a load, (10,)."""
         return self._estimate_gains(self._condition(pi))
 
     def _estimate_gains(self, at: _AtLoad) -> tuple[Array, Array]:
@@ -232,10 +225,7 @@ class PayloadLikelihood:
         return self.prior.gain + (covariance @ residual[..., None])[..., 0], covariance
 
     def build_residual_weights(self, pi: Array) -> Array:
-        """Builds residual weights w, (C, 27), at the most probable unknowns given a load, (10,).
-
-        The residual is w^T z.
-        """
+        """Builds the weights w, (C, 27), of the residual w^T z at the most probable unknowns given a load, (10,)."""
         at = self._condition(pi)
         gain, _ = self._estimate_gains(at)
         load = at.load.copy()
@@ -251,12 +241,12 @@ class PayloadLikelihood:
         return w
 
     def _extend(self, pi: Array) -> Array:
-        """Returns the load's coefficients [1, pi + phantom], shape (N, 11)."""
+        """Returns the load coefficients [1, pi + phantom], shape (N, 11)."""
         return np.concatenate([np.ones((len(pi), 1)), pi + self.prior.phantom], axis=1)
 
     @cached_property
     def _of_pairs(self) -> Array:
-        """Coefficients of products of two load coefficients in the log likelihood. The shape is (121, 1 + 5 C).
+        """Coefficients of products of two load coefficients in the log likelihood, shape (121, 1 + 5 C).
 
         The first load coefficient is one, so the products include the coefficients themselves. With M = L^T A^T K A L
         and c = L^T A^T K (x - A g), they yield (x - A g)^T K (x - A g), summed over channels, and then M_11, M_12,
@@ -301,7 +291,7 @@ def factor(covariance: Array) -> Array:
 def _invert_with_identity(M: Array) -> Array:
     """Inverts many matrices I + M, several times faster than a general solver.
 
-    M, of shape (..., 2, 2), is positive semidefinite, so the determinant of I + M is at least one however large M is.
+    M, of shape (..., 2, 2), is positive semidefinite, so the determinant of I + M is at least one for any M.
     """
     b, c = M[..., 0, 1], M[..., 1, 0]
     of_M = np.maximum(M[..., 0, 0] * M[..., 1, 1] - b * c, 0.0)
@@ -314,19 +304,19 @@ def _invert_with_identity(M: Array) -> Array:
 
 
 class BodyLikelihood:
-    """Log likelihood log p(run | pi) of bodies. The phantom payload is integrated out.
+    """Log likelihood log p(run | pi) of bodies, with the phantom payload integrated out.
 
-    Errors of the arm's model are represented by a phantom payload delta ~ N(0, C), so that the load is the sum of the
-    body pi and delta. With Q the quadratic approximation of log L near the most probable load, and Q_C that
-    approximation with delta integrated out,
+    A phantom payload delta ~ N(0, C) represents errors of the arm's model, so that the load is the sum of the body pi
+    and delta. Q is the quadratic approximation of log L near the most probable load, and Q_C is Q with delta
+    integrated out:
 
         log p(signals | pi) = Q_C(pi) + log E[exp(log L(pi + delta) - Q(pi + delta))],  delta ~ N(0, C) exp Q(pi + .)
 
-    The expectation is estimated from one draw: exactly without a phantom, and without bias with one.
+    The expectation is estimated from one draw. The estimate is unbiased, and exact without a phantom.
     """
 
     def __init__(self, likelihood: PayloadLikelihood, load: Array) -> None:
-        """Prepares the quadratic approximations about a load of high likelihood, shape (10,)."""
+        """Prepares the quadratic approximations at a load with high likelihood, shape (10,)."""
         self._likelihood = likelihood
         self.of_load = likelihood.linearise(load)
         covariance = likelihood.prior.phantom_covariance
@@ -338,17 +328,14 @@ class BodyLikelihood:
         self._spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
 
     def draw_normals(self, rng: np.random.Generator, num_bodies: int) -> Array:
-        """Draws standard normal numbers for the phantoms of N bodies, (N, 10).
-
-        The numbers are zero without a phantom.
-        """
+        """Draws standard normal numbers for the phantoms of N bodies, (N, 10); zeros without a phantom."""
         shape = num_bodies, NUM_PARAMETERS
         return rng.standard_normal(shape) if self._has_phantom else np.zeros(shape)
 
     def compute(self, pi: Array, normals: Array) -> Array:
-        """Computes the log likelihood of N bodies, (N, 10), up to a common constant; (N,).
+        """Computes the log likelihood, (N,), of N bodies, (N, 10), up to a common constant.
 
-        Each body's phantom follows from its row of normal numbers, (N, 10). The likelihood is unbiased if these are
+        Each row of normal numbers, (N, 10), determines a body's phantom. The likelihood is unbiased if they are
         independent.
         """
         if not self._has_phantom:

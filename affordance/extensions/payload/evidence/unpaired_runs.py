@@ -1,9 +1,7 @@
-"""Evidence based on a model of the empty arm.
+"""Builds evidence with a model of the empty arm, fitted to empty runs or taken from the arm's file.
 
-The model is fitted to empty runs or, without these, taken from the arm's file.
-
-Inertias in files are wrong by some ten per cent, and a wrist that is a hundred grams heavier than in its file looks
-like a load of a hundred grams. This error is propagated: the uncertainty of the links is projected onto the payload.
+Inertias in files are wrong by about ten per cent, and a wrist that is a hundred grams heavier than in its file looks
+like a load of a hundred grams. The uncertainty of the links is therefore projected onto the payload.
 """
 
 from collections.abc import Sequence
@@ -29,15 +27,14 @@ from affordance.extensions.payload.recording.run import Run
 from affordance.extensions.payload.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
-# Length of the stretches that are predicted by an arm fitted to the others, and of the gap on either side, [cells].
+# Length of a stretch in cross-validation, and of the gap on either side, [cells].
 _STRETCH, _GUARD = 8, 1
-# Fewest held postures to which an arm is fitted. Intervals of simulated loads hold the truth from 8 on; below, the
-# equations often have no solution.
+# Least number of held postures for fitting an arm. Intervals of simulated loads contain the truth from 8 postures on;
+# with fewer, the equations often have no solution.
 _FEWEST_POSTURES = 12
-# Candidates for the friction that a fit leaves unexplained, as a share of each joint's friction.
+# Candidates for the friction that a fit leaves unexplained, as a fraction of each joint's friction.
 _SHARES = np.geomspace(0.01, 1.0, 9)
-# Friction scale for an arm from its file: the signal contains all of the friction, not only its change between two
-# runs.
+# Friction scale for an arm from its file, because the signal contains the whole friction, not only its change.
 WHOLE_FRICTION = 10.0
 
 
@@ -49,9 +46,15 @@ def fit_empty_arm(
     settings: IdentificationSettings,
     kept: Array | None = None,
 ) -> FittedArm:
-    """Fits an arm to empty runs, and measures its errors by cross-validation. Signals have shape (N, n).
+    """Fits an arm to empty runs, and measures its errors with cross-validation.
 
-    ``kept`` masks the cells of half a second that are used, shape (cells,); None for all.
+    Args:
+        robot: Arm.
+        runs: Empty runs.
+        signals: Signals of each run, shape (N, n) each.
+        gains: Gains before the runs.
+        settings: Settings of the identification.
+        kept: Mask of the cells of half a second that are used, shape (cells,); None to use all.
     """
     regression = ArmRegression(robot, runs, signals, gains, settings)
     allowed = np.ones(regression.num_cells, dtype=bool) if kept is None else np.asarray(kept, dtype=bool)
@@ -92,7 +95,7 @@ def fit_empty_arm(
     of_joint, offset_sd = np.zeros((robot.num_joints, 3)), settings.get_prior(gains.kind).friction_sd
 
     def describe_friction(share: float) -> Array:
-        """Returns SDs of friction, (n, 3), from a share of each joint's friction. Offsets differ in each run."""
+        """Returns SDs of friction, (n, 3), as a fraction of each joint's friction. Offsets differ in each run."""
         viscous = np.divide(share * size, speed, out=np.zeros_like(size), where=speed > 0.0)  # zero at rest
         return np.column_stack([share * size, viscous, np.full(len(size), offset_sd)])
 
@@ -107,7 +110,7 @@ def fit_empty_arm(
         return [PayloadLikelihood(statistics, prior, variance) for statistics in quadratics]
 
     phantom_mass, share = estimate_sizes(list_stretches, _SHARES)
-    # Stretches of one run do not show how much friction differs in the next.
+    # Stretches of a single run do not reveal how much friction changes between runs.
     friction_left = describe_friction(float(np.hypot(share, settings.friction_drift)))
     return replace(
         fitted,
@@ -121,10 +124,10 @@ def fit_empty_arm(
 def build_unpaired_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run minus a fitted arm's prediction. The arm is fitted to the empty runs.
+    """Subtracts the prediction of an arm fitted to empty runs from a loaded run.
 
     Raises:
-        BadValueError: The arm is at rest in too few postures for a fit.
+        BadValueError: The empty runs have too few postures for a fit.
     """
     num = sum(len(run.q) for run in empty)
     if loaded.description.postures and num < _FEWEST_POSTURES:
@@ -142,7 +145,7 @@ def build_unpaired_evidence(
 def subtract_arm(
     robot: SerialChain, fitted: FittedArm, loaded: Run, prepared: PreparedRun, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run minus the prediction of a fitted arm."""
+    """Subtracts the prediction of a fitted arm from a loaded run."""
     predicted = fitted.predict(prepared)
     prepared = prepared._replace(signal=restore_compensated(robot, loaded, prepared, fitted.gain) - predicted)
     analysis = "unpaired: an arm fitted to other runs with an empty hand"
@@ -151,8 +154,7 @@ def subtract_arm(
     )
     covariance = evidence.phantom_covariance
     if settings.floor:
-        # The variation between stretches of the empty runs, plus what they leave uncertain about the links on this
-        # motion.
+        # Variation between stretches of the empty runs, plus the remaining uncertainty of the links for this motion.
         open_links = project_link_errors(robot, prepared, evidence.samples, fitted.link_root)
         pulls = project_pulls(robot, prepared, evidence.samples)
         covariance = build_phantom_covariance(fitted.phantom_mass) + open_links + pulls
@@ -168,7 +170,7 @@ def subtract_arm(
 def build_file_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run with the arm of its file. Empty runs are not used."""
+    """Builds the evidence of a loaded run with the arm's model from its file. Empty runs are not used."""
     prepared = prepare(loaded, settings)
     prepared = prepared._replace(signal=restore_compensated(robot, loaded, prepared, gains.mean[:, 0]))
     analysis = f"unpaired: the arm as in {robot.source}"

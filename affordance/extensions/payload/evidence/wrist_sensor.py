@@ -1,9 +1,9 @@
-"""Evidence from a six-axis force-torque sensor at the wrist.
+"""Builds evidence from a six-axis force-torque sensor at the wrist.
 
     [f; n] = W pi + offset + error
 
-where pi is the whole load on the sensor. No joint is between them. The tare run, with an empty hand, determines the
-empty hand (gripper, cables) and the sensor's offset, with their uncertainty.
+Here pi is the whole load on the sensor. There are no joints between sensor and load. A run with an empty hand (the
+tare) determines the load of the hand (gripper, cables) and the sensor's offset, with their uncertainty.
 """
 
 from collections.abc import Sequence
@@ -26,8 +26,7 @@ from affordance.extensions.payload.settings import IdentificationSettings, Signa
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.serial_chain import SerialChain
 
-# SD of the tilt of a base that was meant to be level, and of a sensor's mounting, about each axis: three degrees,
-# [rad].
+# SD of the tilt of a nominally level base, and of a sensor's mounting, about each axis: three degrees, [rad].
 _TILT_SD = 0.05
 # Prior SDs of the weight and of the force offsets, [N].
 _WEIGHT_SD, _OFFSET_SD = 1e3, 1e2
@@ -36,11 +35,11 @@ _WEIGHT_SD, _OFFSET_SD = 1e3, 1e2
 class Tilt(NamedTuple):
     """Direction of gravity in the base frame, which reveals tilts of base and sensor.
 
-    At rest the force is R^T m g + offset. It is linear in the three numbers m g and in the three of the offset, so a
-    few postures show gravity's direction along with the load.
+    At rest the force is R^T m g + offset, which is linear in m g and the offset. A few postures therefore determine
+    the direction of gravity together with the load.
     """
 
-    gravity: Array  # gravity, shape (3,), [m/s^2], with the described length
+    gravity: Array  # gravity, shape (3,), [m/s^2], with the magnitude in the description
     described: Array  # gravity according to the description, shape (3,), [m/s^2]
     axes: Array  # two directions perpendicular to the described gravity, shape (2, 3)
     covariance: Array  # covariance of the tilt along these axes, shape (2, 2), [rad^2]
@@ -55,7 +54,7 @@ class Tilt(NamedTuple):
         """Computes the load's covariance due to the uncertain tilt, shape (10, 10).
 
         Args:
-            robot: The arm, with this gravity.
+            robot: Arm with this gravity.
             Y: Regressors of the six channels, shape (N, 6, 10).
             signal: Signals, with or without an offset, shape (N, 6).
             q: Joint angles of the postures, shape (N, n), [rad].
@@ -85,14 +84,14 @@ def measure_angle(a: Array, b: Array) -> float:
 
 
 def compute_force_regressors(robot: SerialChain, q: Array) -> Array:
-    """Computes regressors of a resting sensor's forces and moments, (N, 6, 10). Forces are first."""
+    """Computes the regressors of a resting sensor's forces, then moments, (N, 6, 10)."""
     rest = np.zeros_like(q)
     forces: Array = robot.compute_wrench_regressors(q, rest, rest)[:, [3, 4, 5, 0, 1, 2]]
     return forces
 
 
 def express_in_sensor(robot: SerialChain, run: Run) -> Run:
-    """Expresses a base-frame wrench in the sensor's axes. Other runs stay unchanged."""
+    """Expresses a base-frame wrench in the sensor's axes. Other runs are returned unchanged."""
     if not run.description.wrench_in_base:
         return run
     rest = np.zeros_like(run.q)
@@ -102,10 +101,10 @@ def express_in_sensor(robot: SerialChain, run: Run) -> Run:
 
 
 def find_tilt(robot: SerialChain, run: Run) -> Tilt:
-    """Estimates the direction of gravity from forces in a run of postures."""
+    """Estimates the direction of gravity from the forces in a run of postures."""
     described = robot.gravity_W
     length = float(np.linalg.norm(described))
-    # Forces of one kilogram with gravity along each axis of the base.
+    # Forces due to one kilogram with gravity along each axis of the base.
     of_axes = [compute_force_regressors(robot.with_gravity(length * axis), run.q)[:, :3, 0] for axis in np.eye(3)]
     columns = np.stack(of_axes, axis=2)
     A = np.concatenate([columns, np.tile(np.eye(3), (len(columns), 1, 1))], axis=2).reshape(-1, 6)
@@ -125,22 +124,18 @@ def find_tilt(robot: SerialChain, run: Run) -> Tilt:
     return Tilt(length * gravity / np.linalg.norm(gravity), described, axes, C)
 
 
-# SD of an offset before a tare, as a multiple of the offset's drift.
+# SD of an offset without a tare, as a multiple of the offset's drift.
 _RAW_OFFSET = 20.0
-# Prior SDs of the empty hand's mass, first moment and moments of inertia: kilograms at some centimetres.
+# Prior SDs of the empty hand's mass, first moment and moments of inertia: a few kilograms at some centimetres.
 _TARE_SD = np.array([3.0, *[0.5] * 3, *[0.1] * 6])
-_STRETCH = 4.0  # length of the empty run's stretches, from which errors that do not average out are estimated, [s]
+_STRETCH = 4.0  # length of stretches of the empty run, for estimating errors that do not average out, [s]
 _NUM_PASSES = 4
 
 
 def build_wrist_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a sensor at the tip. Without an empty run, the load is everything on the sensor.
-
-    Raises:
-        BadValueError: There are several empty runs.
-    """
+    """Builds the evidence of a sensor at the tip. Without an empty run, everything on the sensor is load."""
     runs = [loaded, get_only(empty, "a wrist sensor's tare")] if empty else [loaded]
     analysis = "wrist sensor without a tare: everything mounted on it counts as load"
     tilt = None

@@ -1,1 +1,1 @@
-"""Designs motions from which a payload can be identified: prediction, limits and search."""
+"""Designs motions from which a payload can be identified precisely."""

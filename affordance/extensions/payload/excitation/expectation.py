@@ -1,11 +1,9 @@
-"""Predicts how precisely a motion identifies a payload.
+"""Predicts the standard deviations that ``identify`` would give after a planned motion.
 
-It predicts the standard deviations of ``identify``.
-
-Along a planned motion the columns of the likelihood are known before any measurement, and the signal is predicted
-from the expected body. All nuisances of identification are therefore integrated out here, too: gains, load friction,
-friction, errors that are correlated in time, and model errors that do not average out. Designs that assume white
-noise neglect these, choose postures of the greatest leverage, and are overoptimistic.
+The regressors of the motion are known in advance, and the signal is predicted for the expected body. As in
+identification, all nuisance parameters are integrated out: gains, load friction, friction, correlated errors, and
+model errors that do not average out. Designs that assume white noise neglect these. They prefer postures with the
+largest lever arms, and are overoptimistic.
 """
 
 import enum
@@ -32,15 +30,15 @@ from affordance.extensions.payload.recording.preparation import PreparedRun
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import ChainDynamics, SerialChain
 
-# Errors of joint torques without a measurement: square root of the long-run variance density over the torque limit,
-# [sqrt(s)]. It is .0015 to .006 for a Panda's joints and .0008 to .0013 for those of a UR10e.
+# Errors of joint torques if no gains file is given: square root of the long-run variance density divided by the
+# torque limit, [sqrt(s)]. It is .0015 to .006 for a Panda's joints and .0008 to .0013 for a UR10e's joints.
 _ERROR = 0.002
-# Number of bodies over which a prediction is averaged, and their relative spread in mass.
+# Number of bodies over which a prediction is averaged, and the relative SD of their masses.
 _NUM_BODIES, _MASS_SD = 4, 0.1
 
 
 class Aim(enum.Enum):
-    """Quantity that a motion should determine."""
+    """Quantity whose standard deviation a motion should minimise."""
 
     MASS = "mass"
     COM = "com"
@@ -48,11 +46,11 @@ class Aim(enum.Enum):
 
 
 class Spread(NamedTuple):
-    """Standard deviations that ``identify`` would state after a motion."""
+    """Standard deviations that ``identify`` would give after a motion."""
 
     mass: float  # standard deviation of the mass, [kg]
-    com: float  # standard deviation of the centre of mass, root sum of squares over its coordinates, [m]
-    inertia: float  # standard deviation of the moments of inertia about the centre of mass, likewise, [kg m^2]
+    com: float  # SD of the centre of mass, root sum of squares over coordinates, [m]
+    inertia: float  # SD of the moments about the centre of mass, root sum of squares over entries, [kg m^2]
 
     def get(self, aim: Aim) -> float:
         """Returns the standard deviation of a quantity."""
@@ -65,22 +63,26 @@ class Expectation:
     """Prior knowledge that determines how precisely a run identifies the payload."""
 
     robot: SerialChain  # model of the arm, with its mounting
-    gains: Gains  # gains as known before, drift included
-    # Density of each joint's long-run error variance, shape (n,), in the signal's unit squared times seconds: the
-    # variance times the time between samples, which does not depend on the rate.
+    gains: Gains  # gains before the run, including drift
+    # Density of each joint's long-run error variance, shape (n,), in the signal's unit squared times seconds. It is
+    # the variance times the sampling interval, which does not depend on the rate.
     error_density: Array
-    # Log-Cholesky coordinates of bodies that may be held, shape (K, 10); squared deviations are averaged over them.
+    # Log-Cholesky coordinates of possible bodies, shape (K, 10). Variances are averaged over these bodies.
     bodies: Array
-    # Covariance of the phantom payload, which does not average out over time, shape (10, 10).
+    # Covariance of the phantom payload, an error that does not average out over time, shape (10, 10).
     floor: Array = field(default_factory=lambda: np.zeros((10, 10)))
     settings: IdentificationSettings = DEFAULT_SETTINGS
 
     @classmethod
     def of_load(cls, robot: SerialChain, gains: Gains, error_density: Array, *, mass: float, floor: float) -> Self:
-        """Builds the expectation of a body of about a given mass in the hand, [kg].
+        """Builds the expectation for a body of about a given mass in the hand.
 
-        The floor is the part of the mass's standard deviation that never averages out, [kg]. Gains and densities are
-        the attributes.
+        Args:
+            robot: Model of the arm.
+            gains: Gains before the run, including drift.
+            error_density: Density of each joint's long-run error variance, shape (n,).
+            mass: Mass of the body, [kg].
+            floor: Part of the mass's standard deviation that never averages out, [kg].
         """
         prior = SolidPrior.for_hand().with_mass(mass, _MASS_SD * mass)
         bodies = prior.draw_theta(np.random.default_rng(0), _NUM_BODIES)
@@ -88,14 +90,14 @@ class Expectation:
 
     @classmethod
     def after_run(cls, robot: SerialChain, gains: Gains, fit: PayloadFit, settings: IdentificationSettings) -> Self:
-        """Builds the expectation of a run's most probable body. Gains are those known before the run."""
+        """Builds the expectation for a run's most probable body, with the gains that were known before the run."""
         density, floor = fit.long_run_variance / fit.evidence.rate, fit.evidence.phantom_covariance
         return cls(robot, gains, density, fit.mode.theta[None], floor, settings=settings)
 
     def build_evidence(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Evidence:
-        """Builds the evidence of a motion, minus an empty run, as far as it is predictable.
+        """Builds the expected evidence of a motion after an empty run is subtracted.
 
-        Load friction has the sign of the mean body's load. The dynamics of the motion are computed if not given.
+        The sign of load friction follows from the mean body. The dynamics of the motion are computed if not given.
         """
         evidence = build_evidence(
             self.robot,
@@ -122,14 +124,14 @@ class Expectation:
 
     @cached_property
     def _precision(self) -> Array:
-        """Inverse prior covariance of a body, (10, 10). The body's torques share the common factor of the gains."""
+        """Inverse prior covariance of a body, (10, 10), widened by the common factor of the gains."""
         return SolidPrior.for_hand().with_common_factor(self.gains.common_sd).precision
 
     @cached_property
     def _derivatives(self) -> list[tuple[Array, Array, Array]]:
-        """Parameters of each body, (10,), with derivatives, (10, 10), also of moments, (3, 10).
+        """Parameters of each body, (10,), their derivatives, (10, 10), and derivatives of the moments, (3, 10).
 
-        Derivatives are with respect to theta; the moments are about the centre of mass.
+        Derivatives are with respect to theta. The moments are about the centre of mass.
         """
         return [
             (
@@ -141,10 +143,7 @@ class Expectation:
         ]
 
     def measure(self, evidence: Evidence, statistics: JointStatistics) -> Spread:
-        """Computes the standard deviations after a motion from its sums.
-
-        They are root mean squares over the bodies.
-        """
+        """Computes the RMS standard deviations over the bodies from a motion's sums of products."""
         prior = build_channel_prior(evidence, self.gains, self.settings)
         squares = []
         for pi, D, about in self._derivatives:
@@ -166,12 +165,12 @@ class Expectation:
 def find_errors(
     joint_names: tuple[str, ...], tau_max: Array, kind: SignalKind, path: Path | None = None
 ) -> tuple[Gains, Array]:
-    """Reads gains and long-run error densities from a gains file, or typical ones.
+    """Reads gains and long-run error densities from a gains file.
 
-    Typical values follow from the torque limits.
+    Without a file, typical values are derived from the torque limits.
 
     Raises:
-        BadValueError: The file of gains is invalid.
+        BadValueError: The gains file is invalid.
     """
     if path is None:
         return build_nominal_gains(joint_names, kind, DEFAULT_SETTINGS), np.square(_ERROR * tau_max)
@@ -183,9 +182,9 @@ _IS_COM = np.isin(np.arange(10), (1, 2, 3))
 
 
 def fill_signal(statistics: JointStatistics, gain: Array, pi: Array, *, has_arm: bool = True) -> JointStatistics:
-    """Computes the sums with the error-free signal of a load. Gains g and h have shape (n, 2).
+    """Replaces the signal in the sums of products with the error-free signal of a load.
 
-    ``has_arm`` is True if the signal contains the arm's torque, False after subtraction.
+    The gains g and h have shape (n, 2). ``has_arm`` is False if the arm's torque was subtracted from the signal.
     """
     weights = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
     weights[:, SIGNAL, SIGNAL] = 0.0

@@ -1,7 +1,4 @@
-"""Predicts the benefit of more motion after a run, for a few random motions.
-
-None of them is optimised.
-"""
+"""Predicts how much a few seconds of further motion, chosen at random, would improve a result."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -23,18 +20,18 @@ from affordance.extensions.payload.recording.preparation import PreparedRun
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
-_SECONDS = 4.0  # duration of the further motion, [s]
-_POSTURES, _DRAWS = 2, 3  # postures per motion, and motions drawn for each pace
-# Factors of the run's top speed and acceleration, by the description of a motion.
+_SECONDS = 4.0  # duration of the additional motion, [s]
+_POSTURES, _DRAWS = 2, 3  # postures per motion, and motions drawn for each speed
+# Factors of the run's largest speed and acceleration, for each description of a motion.
 _PACES = {
     "slowly through other postures": (1.0, 1.0),
     "as fast as before, elsewhere": (1.0, 1.0),
     "faster": (2.0, 4.0),
 }
-# Joint acceleration that arms of any size reach, [rad/s^2], used where the robot's file has no limit.
+# Joint acceleration that arms of any size reach, [rad/s^2], for robot files without a limit.
 USUAL_ACCELERATION = 3.0
-_HELPS = 0.8  # a motion is recommended if it reduces the standard deviation to less than this share
-# Name of each aim, its place among the quantities, and the unit in which it is printed with its factor.
+_HELPS = 0.8  # ratio of standard deviations below which a motion is recommended
+# Name of each aim, its indices in the parameters, and the printed unit with its factor.
 _AIMS = {
     Aim.MASS: ("mass", MASS, "g", 1e3),
     Aim.COM: ("centre of mass", COM, "mm", 1e3),
@@ -45,13 +42,17 @@ _AIMS = {
 def suggest_motion(
     robot: SerialChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Predicts the benefit of four more seconds.
+    """Predicts how much four more seconds of motion would reduce standard deviations.
 
-    The benefit is predicted for the mass, and for the first other quantity not yet seen.
+    The quantities are the mass and the first other quantity that was not identified. Nothing is yielded for a wrist
+    sensor, or for an arm modelled from its file, because an empty run helps more there. If the run was combined with
+    a camera or a scale, the prediction uses the motion alone, and is reported only if it is an improvement.
 
-    Yields nothing for a wrist sensor, or for an arm that is modelled by its file, where an empty run helps more.
-    After a run with a drawing, a picture or a scale, the prediction uses the motion alone, and is made only if it is
-    an improvement. The arm must have the gravity of the run. Gains are those known before the run, drift included.
+    Args:
+        robot: Arm with the gravity of the run.
+        belief: Posterior after the run.
+        gains: Gains before the run, including drift.
+        settings: Settings of the identification.
     """
     fit = belief.fit
     if fit.evidence.kind is SignalKind.WRENCH or not fit.evidence.is_difference:
@@ -77,11 +78,11 @@ def suggest_motion(
         name, place, unit, factor = _AIMS[aim]
         best = int(np.argmin([spread.get(aim) for _, spread in found]))
         words, least = found[best][0], min(found[best][1].get(aim), now.get(aim))
-        # For the three components together, the root of the sum of their squares.
+        # For three components: the root sum of squares.
         stated = float(np.linalg.norm(belief.marginals.sd[place]))
         before, alone = now.get(aim), " (from the motion alone, without camera or scale)"
         if belief.seen is None and belief.reference_mass is None:
-            before, least, alone = stated, least / before * stated, ""  # as in the table
+            before, least, alone = stated, least / before * stated, ""  # as printed in the table
         elif least >= stated:
             continue
         sds = [format_sd(factor * sd) for sd in (before, least)]
@@ -98,7 +99,7 @@ def suggest_motion(
 
 
 def suggest_run(belief: PayloadBelief) -> str:
-    """Suggests a recording that would show the mass. The text is empty if this run showed it."""
+    """Suggests a recording that would identify the mass. The text is empty if the run identified it."""
     evidence = belief.fit.evidence
     if belief.shows_mass:
         return ""
@@ -116,13 +117,13 @@ def suggest_run(belief: PayloadBelief) -> str:
 
 
 def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[str, MotionFamily]]:
-    """Lists families of motions around the run, within the arm's angle limits. Torque limits are not known here."""
+    """Lists families of motions near the run, within angle limits only because torque limits are not known."""
     run = belief.fit.evidence.prepared
     middle, quarter = run.q.mean(axis=0), np.full(robot.num_joints, 0.5 * np.pi)
     low, high = robot.limits
     fastest = np.maximum(np.abs(run.v).max(axis=0), 0.1)
     hardest = np.maximum(np.abs(run.vdot).max(axis=0), 0.1)
-    # Without a limit in the file, the acceleration of the run itself is possible.
+    # Without a limit in the file, the run's own acceleration is certainly possible.
     known = np.isfinite(robot.acceleration_limits)
     hardest_allowed = np.where(known, robot.acceleration_limits, np.maximum(USUAL_ACCELERATION, hardest))
     for words, (speed, acceleration) in _PACES.items():
@@ -141,17 +142,18 @@ def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[
         )
 
 
-_BASES = 3  # number of recorded postures to vary: the first, a middle one and the last
-_TURNS = np.radians([-90.0, -45.0, 45.0, 90.0])  # turns of one joint that are tried, [rad]
-_POSTURE_HELPS = 0.9  # a posture is recommended if it reduces the standard deviation to less than this share
+_BASES = 3  # number of recorded postures that are varied: the first, a middle one and the last
+_TURNS = np.radians([-90.0, -45.0, 45.0, 90.0])  # changes of one joint's angle, [rad]
+_POSTURE_HELPS = 0.9  # ratio of standard deviations below which a posture is recommended
 
 
 def suggest_posture(
     robot: SerialChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Suggests the most helpful posture: a recorded one with one joint turned.
+    """Suggests an additional posture: the most helpful change of one joint in a recorded posture.
 
-    The criterion is the SD of the mass if it was not seen, else of the centre of mass. Collisions are not checked.
+    The criterion is the SD of the mass if it was not identified, otherwise of the centre of mass. Collisions are not
+    checked.
     """
     fit, kind = belief.fit, belief.fit.evidence.kind
     run = fit.evidence.prepared

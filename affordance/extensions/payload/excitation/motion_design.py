@@ -1,6 +1,6 @@
-"""Searches for a motion from which a payload can be identified precisely.
+"""Searches for a motion that identifies a payload precisely.
 
-The best of many random motions are improved by random changes.
+The best of many random motions are improved by a random local search.
 """
 
 from collections.abc import Callable
@@ -19,18 +19,18 @@ from affordance.extensions.payload.excitation.planned_motion import (
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
 from affordance.extensions.payload.recording.preparation import PreparedRun
 
-# Number of motions that are drawn, number of the best ones that are improved, and number of changes tried on each.
-# The result of a single start is often a fifth worse than the best of three.
+# Number of random motions, number of the best motions that are improved, and number of changes tried on each. The
+# result of a single start is often a fifth worse than the best of three.
 NUM_DRAWS, NUM_STARTS, NUM_CHANGES = 200, 3, 400
-# First step of a change, its factors after a success and after a failure, and the share of numbers that are changed.
+# Initial step size, its factors after success and failure, and the share of numbers that each change affects.
 _STEP, _LONGER, _SHORTER, _CHANGED = 0.5, 1.6, 0.9, 0.2
 _LEAST_STEP = 0.02
-_USED = 0.97  # share of each limit that may be used, as motions are compared at few samples
+_USED = 0.97  # usable share of each limit, because motions are compared at few samples
 _OUTPUT_RATE = 50.0  # [Hz]
 
 
 class MotionDesign(NamedTuple):
-    """Motion that the search found."""
+    """Result of the search for a motion."""
 
     motion: PreparedRun  # motion at 50 Hz, without a signal
     score: float  # score of the motion
@@ -38,7 +38,7 @@ class MotionDesign(NamedTuple):
 
 
 class NoMotionError(AffordanceError):
-    """Error if no motion respects the limits."""
+    """No motion respects the limits."""
 
 
 def design_motion(
@@ -51,12 +51,21 @@ def design_motion(
     num_changes: int = NUM_CHANGES,
     seed: int = 0,
 ) -> tuple[MotionDesign, Spread]:
-    """Designs the motion with the least predicted standard deviation of one quantity.
+    """Designs the motion with the smallest predicted standard deviation of a quantity.
 
-    Straight paths in joint space connect home, shape (n,), [rad], with start and end of the motion. On these, too,
-    the tip stays above its least height, or above its height at home if that is lower.
+    The paths from home to the start, and from the end to home, are straight in joint space. Along them, too, the tip
+    stays above its least height, or above its height at home if that is lower.
 
-    Returns: The motion, which respects the limits with every expected body, and the predicted standard deviations.
+    Args:
+        expectation: Prior knowledge about the run.
+        family: Family of motions within the limits.
+        aim: Quantity whose standard deviation is minimised.
+        home: Joint angles at which the arm begins and ends, shape (n,), [rad]; None to ignore paths from and to home.
+        num_draws: Number of random motions.
+        num_changes: Number of changes tried on each of the best motions.
+        seed: Seed of the search.
+
+    Returns: The motion, which respects the limits with every possible body, and the predicted standard deviations.
 
     Raises:
         NoMotionError: None of the random motions respects the limits.
@@ -96,7 +105,7 @@ def design_motion(
 def _improve(
     judge: Callable[[Array], float], best: Array, least: float, num_changes: int, rng: np.random.Generator
 ) -> tuple[Array, float]:
-    """Changes the numbers of a motion at random while its score falls. Returns the numbers with their score."""
+    """Applies random changes that lower a motion's score. Returns the numbers and their score."""
     step = _STEP
     for _ in range(num_changes):
         changed = rng.uniform(size=best.shape) < _CHANGED

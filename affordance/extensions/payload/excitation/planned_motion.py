@@ -1,7 +1,7 @@
-"""Motions within an arm's limits: Fourier series, and visits to postures with slow sweeps.
+"""Plans motions within an arm's limits: Fourier series, and postures with slow sweeps.
 
-All motions are from rest to rest. Limits of angle, velocity and acceleration hold by construction; limits of torque
-and of the tip are checked. Collisions are not checked, because the surroundings of the arm are unknown here.
+All motions start and end at rest. Limits of angle, velocity and acceleration are respected by construction; limits of
+torque and of the tip are checked. Collisions are not checked, because the surroundings are unknown.
 """
 
 import abc
@@ -17,16 +17,16 @@ from affordance.extensions.payload.recording.preparation import PreparedRun
 from affordance.plant.arm import JointLimits
 from affordance.plant.serial_chain import ChainDynamics, ChainMotion, SerialChain
 
-# Share of each limit that is used, as limits are checked at samples.
+# Usable share of each limit, because limits are checked at samples only.
 _USED = 0.95
-# Number of harmonics of the series, and fewest samples of a motion: sixteen in a period of the highest harmonic.
+# Number of harmonics, and least number of samples of a motion: sixteen per period of the highest harmonic.
 _TERMS, _FEWEST = 5, 80
-_RATE, _WAY_RATE = 10.0, 50.0  # sampling rates at which motions are compared, and of ways to and from them, [Hz]
-# Mean speed of a sweep, at which the direction of friction is certain, and its least duration, [rad/s, s].
+_RATE, _WAY_RATE = 10.0, 50.0  # sampling rates for comparing motions, and for the ways to and from them, [Hz]
+# Mean speed of a sweep, [rad/s], at which the direction of friction is certain, and its shortest duration, [s].
 _SWEEP_SPEED, _SHORTEST = 0.1, 0.2
-_PEAK_V, _PEAK_VDOT = 1.875, 10.0 / np.sqrt(3.0)  # peaks of a minimum-jerk move by 1 rad in 1 s
-_WAY_SAMPLES = 50  # postures on a straight path at which the tip's height is checked
-_TRIALS = 4  # attempts to slow a motion down until the tip is slow enough
+_PEAK_V, _PEAK_VDOT = 1.875, 10.0 / np.sqrt(3.0)  # peak rate and acceleration of a minimum-jerk move by 1 rad in 1 s
+_WAY_SAMPLES = 50  # number of points of a straight path at which the tip's height is checked
+_TRIALS = 4  # number of attempts to slow a motion down to the tip's speed limit
 
 
 class MotionLimits(NamedTuple):
@@ -51,9 +51,9 @@ class MotionLimits(NamedTuple):
         tip_speed: float,
         height: float,
     ) -> "MotionLimits":
-        """Builds the limits of motions within a distance of home, [rad]. Joint limits are respected, too.
+        """Builds the limits of motions within a distance ``reach`` of home, [rad], and within the joint limits.
 
-        The other arguments are the attributes.
+        The other arguments are described as attributes.
         """
         return cls(
             np.maximum(joints.q_lower, home - reach),
@@ -68,10 +68,10 @@ class MotionLimits(NamedTuple):
     def compute_excess(
         self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
     ) -> float:
-        """Computes the largest share of any limit that a motion uses. The result is the maximum over bodies, (K, 10).
+        """Computes the largest fraction of any limit that a motion uses, for the worst of the bodies, (K, 10).
 
-        A share above 1 exceeds a limit. The share of the tip's least height is 1 minus the height in metres above it.
-        The dynamics of the motion are computed if not given.
+        A value above 1 exceeds a limit. For the tip's least height the value is 1 minus the height above it in
+        metres. The dynamics of the motion are computed if not given.
         """
         q, v, vdot = motion.motion
         tip, arm, Y = dynamics or robot.compute_dynamics(q, v, vdot)
@@ -87,7 +87,7 @@ class MotionLimits(NamedTuple):
 
 
 def compute_tip_speed(robot: SerialChain, motion: PreparedRun) -> float:
-    """Computes the largest speed of the tip along a motion, [m/s]."""
+    """Computes the largest speed of the tip during a motion, [m/s]."""
     return _compute_speed(robot.compute_motion(*motion.motion), motion.v)
 
 
@@ -97,10 +97,7 @@ def _compute_speed(tip: ChainMotion, v: Array) -> float:
 
 @dataclass(frozen=True)
 class MotionFamily(abc.ABC):
-    """Motions of equal duration, [s], each described by a vector of numbers.
-
-    The motions are within the arm's limits.
-    """
+    """Motions of equal duration, [s], within the arm's limits, each parametrised by a vector of numbers."""
 
     robot: SerialChain
     limits: MotionLimits
@@ -108,24 +105,26 @@ class MotionFamily(abc.ABC):
 
     @abc.abstractmethod
     def draw(self, rng: np.random.Generator) -> Array:
-        """Draws the numbers of a motion."""
+        """Draws the numbers of a random motion."""
 
     @abc.abstractmethod
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
-        """Builds a motion at times, [s], (N,). Returns None if the duration is too short."""
+        """Builds a motion at given times, [s], (N,). Returns None if the duration is too short."""
 
 
 def list_times(duration: float, rate: float = _RATE) -> Array:
-    """Lists even times from 0 to the duration, [s]. There are at least sixteen per period of the highest harmonic."""
+    """Computes evenly spaced times from 0 to the duration, [s].
+
+    There are at least sixteen per period of the highest harmonic.
+    """
     return np.linspace(0.0, duration, max(_FEWEST, round(duration * rate)) + 1)
 
 
 def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array) -> PreparedRun:
-    """Plans a minimum-jerk move from rest to rest, straight in joint angles.
+    """Plans a minimum-jerk move from rest to rest, straight in joint space.
 
-    The move respects limits of speed and acceleration.
-
-    Start and end have shape (n,), [rad]. Torques and collisions are not checked.
+    The move respects limits of speed and acceleration. Torques and collisions are not checked. Start and end have
+    shape (n,), [rad].
     """
     step = end - start
     duration = max(
@@ -143,34 +142,28 @@ def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array)
 
 
 def compute_lowest(robot: SerialChain, home: Array, ends: Array) -> float:
-    """Computes the tip's least height on straight paths from home to each end, (K, n), [rad].
-
-    Paths are straight in joint space.
-    """
+    """Computes the tip's least height on straight joint-space paths from home to each end, (K, n), [rad]."""
     share = np.linspace(0.0, 1.0, _WAY_SAMPLES)[:, None, None]
     paths = (home + share * (ends - home)).reshape(-1, len(home))
     return float(robot.compute_positions(paths, np.zeros(3))[:, 2].min())
 
 
 def to_motion(times: Array, q: Array, v: Array, vdot: Array) -> PreparedRun:
-    """Builds a motion without a signal from q, v and vdot, (N, n) each."""
+    """Builds a motion without a signal from q, v and vdot, shape (N, n) each."""
     return PreparedRun(times, q, v, vdot, np.zeros_like(q), 0.0)
 
 
 @dataclass(frozen=True)
 class FourierFamily(MotionFamily):
-    """Fourier series of five terms, from rest to rest, which end where they begin.
+    """Fourier series with five harmonics, from rest to rest, with equal first and last posture.
 
-    Ten numbers describe each joint's motion. Eight are its shape, scaled to the limits. The others, from 0 to 1, are
-    the used share of this scale, and the place within the remaining range of angles.
+    Each joint's motion has ten numbers. Eight define its shape, which is scaled to the limits. The ninth is the used
+    fraction of this scale, and the tenth the position within the remaining range of angles, both from 0 to 1.
     """
 
     @cached_property
     def _basis(self) -> Array:
-        """Combinations of sines and cosines that start at rest, shape (2 terms, 8).
-
-        Velocity and acceleration at the start are zero.
-        """
+        """Combinations of sines and cosines with zero velocity and acceleration at the start, shape (2 terms, 8)."""
         k = np.arange(1, _TERMS + 1)
         rest = np.zeros((2, 2 * _TERMS))
         rest[0, :_TERMS], rest[1, _TERMS:] = k, k**2
@@ -184,7 +177,7 @@ class FourierFamily(MotionFamily):
 
     @override
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
-        """Builds a motion at times, [s], (N,). The motion is slowed down until the tip is slow enough."""
+        """Builds a motion at given times, [s], (N,), slowed down to the tip's speed limit."""
         table = numbers.reshape(self.robot.num_joints, -1)
         share, place = np.clip(table[:, -2], 0.0, 1.0), np.clip(table[:, -1], 0.0, 1.0)
         a, b = np.split(self._basis @ table[:, :-2].T, 2)
@@ -211,7 +204,7 @@ class FourierFamily(MotionFamily):
         return None
 
     def _sum(self, a: Array, b: Array, times: Array) -> PreparedRun:
-        """Sums a series with sine and cosine coefficients, shape (terms, n) each."""
+        """Evaluates a Fourier series with sine and cosine coefficients, shape (terms, n) each."""
         w = 2.0 * np.pi / self.duration * np.arange(1, _TERMS + 1)
         s, c = np.sin(np.outer(times, w)), np.cos(np.outer(times, w))
         return to_motion(times, s @ a + c @ b, (w * c) @ a - (w * s) @ b, -(w**2 * s) @ a - (w**2 * c) @ b)
@@ -219,17 +212,17 @@ class FourierFamily(MotionFamily):
 
 @dataclass(frozen=True)
 class PostureFamily(MotionFamily):
-    """Visits to postures with slow sweeps at each, so that friction acts both ways.
+    """Visits to postures with a slow sweep at each, so that friction acts in both directions.
 
-    The numbers are the angles of the postures as shares of their ranges, from 0 to 1. The moves in between have
-    minimum jerk and are as fast as the limits allow; sweeps take the remaining time.
+    The numbers are the angles of the postures as fractions of their ranges. The moves between postures have minimum
+    jerk and are as fast as the limits allow. Sweeps take the remaining time.
     """
 
     num_postures: int
 
     @override
     def draw(self, rng: np.random.Generator) -> Array:
-        """Draws the numbers of a motion, shape (postures n,). Postures are close together or far apart."""
+        """Draws the numbers of random postures, close together or far apart, shape (postures n,)."""
         n = self.robot.num_joints
         centre, spread = rng.uniform(size=n), rng.uniform()
         postures = centre + spread * (rng.uniform(size=(self.num_postures, n)) - centre)
@@ -237,7 +230,7 @@ class PostureFamily(MotionFamily):
 
     @override
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
-        """Builds a motion at times, [s], (N,). Returns None if the moves alone take too long."""
+        """Builds a motion at given times, [s], (N,). Returns None if the moves alone take too long."""
         limits, num = self.limits, self.num_postures
         widest = 0.5 * _SWEEP_SPEED * self.duration / (2 * num)
         half = np.minimum(widest, 0.25 * (limits.q_upper - limits.q_lower))
@@ -262,7 +255,7 @@ class PostureFamily(MotionFamily):
         return None
 
     def _visit(self, postures: Array, moves: Array, sweep: float, half: Array, times: Array) -> PreparedRun:
-        """Builds the visit to postures, (K, n), with moves of given durations, (K - 1,), [s]."""
+        """Builds a visit to postures, (K, n), with moves of given durations, (K - 1,), [s]."""
         swept = np.minimum(0.5 * _SWEEP_SPEED * sweep, half)
         points = (postures[:, None] + swept * np.array([-1.0, 1.0, -1.0])[None, :, None]).reshape(
             -1, postures.shape[1]
@@ -277,7 +270,7 @@ class PostureFamily(MotionFamily):
 
 
 def _move(times: Array, x: Array, start: Array, step: Array, duration: Array | float) -> PreparedRun:
-    """Builds minimum-jerk moves at times, (N,). The passed share of their duration is x, (N, 1)."""
+    """Builds minimum-jerk moves at times, (N,), with elapsed fractions x of their duration, (N, 1)."""
     return to_motion(
         times,
         start + step * x**3 * (10.0 - 15.0 * x + 6.0 * x**2),

@@ -1,4 +1,4 @@
-"""Identifies a running robot's load from a stream of joint states.
+"""Identifies the payload of a running robot from a stream of joint states.
 
-The robot gets no command.
+No command is sent to the robot.
 """

@@ -1,9 +1,7 @@
-"""Filters a stream with a fixed lag.
+"""Filters a stream of samples with a fixed lag.
 
-The filter uses the offline filter's impulse response, truncated on both sides.
-
-Its gain is the offline filter's and its phase is zero, so no relative delays arise. Rows become certain some tenths
-of a second late.
+The kernel is the impulse response of the offline filter, truncated on both sides. The filter therefore has the same
+gain and no phase shift. A filtered row is complete some tenths of a second after its time.
 """
 
 import bisect
@@ -14,15 +12,15 @@ from affordance.arrays import Array
 from affordance.extensions.payload.recording.preparation import PreparedRun, smooth_evenly
 from affordance.extensions.payload.recording.run import resample
 
-# Reach of the filter on either side, in periods of its cut-off; beyond it the impulse response is below a thousandth.
+# Half-width of the filter in periods of its cut-off; beyond it the impulse response is below a thousandth.
 _REACH = 1.6
 _HIGHEST = 0.8  # largest cut-off, as a share of the Nyquist frequency
-_MARGIN = 2  # rows beyond the filter's reach, for differences
-_FEWEST = 10  # rows that are filtered together
+_MARGIN = 2  # additional rows on either side for derivatives
+_FEWEST = 10  # least number of rows that are filtered together
 
 
 class FixedLag:
-    """Filter with a fixed lag for joint angles, velocities and signals."""
+    """Fixed-lag filter for joint angles, velocities and signals."""
 
     def __init__(self, cutoff: float, step: float, num_joints: int, rate: float) -> None:
         """Builds the filter.
@@ -42,7 +40,8 @@ class FixedLag:
         kernel = smooth_evenly(impulse, self.cutoff, 1.0 / step)[half : 3 * half + 1, 0]
         self._kernel = kernel / kernel.sum()
         self._margin = half + _MARGIN
-        # Size of white noise of angles in filtered accelerations, and of rates in their differences.
+        # Noise gains from white noise to acceleration: from angles if velocities are derived, or from measured
+        # velocities.
         first = np.gradient(np.pad(self._kernel, _MARGIN), step)
         self._noise = float(np.linalg.norm(np.gradient(first, step))), float(np.linalg.norm(first))
         self._times: list[float] = []
@@ -51,7 +50,7 @@ class FixedLag:
 
     @property
     def lag(self) -> float:
-        """Time after which a row is certain, [s]."""
+        """Delay after which a filtered row is complete, [s]."""
         return self._margin * self._step
 
     @property
@@ -61,26 +60,26 @@ class FixedLag:
 
     @property
     def alike(self) -> float:
-        """Number of filtered rows that share an error."""
+        """Number of neighbouring filtered rows with correlated errors."""
         return max(1.0, 0.5 / (self.cutoff * self.step))
 
     def spread_jitter(self, rows: PreparedRun, jitter: float, has_v: bool) -> Array:
-        """Computes the SD of acceleration errors due to time-stamp jitter, (N, n), [rad/s^2]. The jitter is in [s].
+        """Computes the SD of acceleration errors due to time-stamp jitter, (N, n), [rad/s^2].
 
-        A sample whose stamp is late by e shows x(t) - e dx/dt at its stamp. White e causes more noise in faster
-        joints, and derivatives amplify it.
+        A time stamp that is late by e causes an error of -e dx/dt. With independent e of SD ``jitter``, [s], the
+        error grows with joint speed, and derivatives amplify it.
         """
         spread: Array = jitter * (self._noise[1] * np.abs(rows.vdot) if has_v else self._noise[0] * np.abs(rows.v))
         return spread
 
     def add(self, t: float, row: Array) -> None:
-        """Adds the sample of a time, [s]: angles, optional velocities, and signals. The shape is (2n,) or (3n,)."""
+        """Adds a sample at a time in [s]: angles, optional velocities, and signals, shape (2n,) or (3n,)."""
         place = bisect.bisect(self._times, t) if self._times and t < self._times[-1] else len(self._times)
         self._times.insert(place, t)
         self._rows.insert(place, row)
 
     def take(self) -> PreparedRun | None:
-        """Takes the filtered rows that are now certain. Returns None while they are few."""
+        """Returns and removes the completed filtered rows; None if there are only a few."""
         if self._next is None:
             self._next = self._times[0] + self.lag
         count = int((self._times[-1] - self.lag - self._next) / self.step) + 1
@@ -104,7 +103,7 @@ class FixedLag:
 
 
 def join(parts: list[PreparedRun]) -> PreparedRun:
-    """Joins successive stretches of filtered rows."""
+    """Concatenates successive stretches of filtered rows."""
     times, q, v, vdot, signal = (
         np.concatenate(columns) for columns in zip(*(each[:-1] for each in parts), strict=True)
     )

@@ -1,10 +1,8 @@
-"""Simulates somebody else's robot for demonstrations and tests.
+"""Simulates a robot that moves, picks up and puts down objects, for demonstrations and tests.
 
-The robot works, takes up and puts down objects, and reports.
-
-This file imports nothing of the project and runs as a process of its own. MuJoCo simulates one of two arms, whose
-true links, gains and friction differ from their file; the controller knows the file only. The robot's true load goes
-to standard error, never into the stream.
+This file imports nothing from the project and runs in a separate process. MuJoCo simulates one of two arms. The true
+link masses, gains and friction differ from the robot's file, and the controller uses the file. The true load is
+written to standard error, never to the stream.
 
     python foreign_robot.py fr3 --model fr3.xml
     python foreign_robot.py fr3 --script "move 5, pick 1.2, move 12, put, move 4" | affordance live fr3.xml ...
@@ -20,36 +18,36 @@ from typing import Any
 
 import numpy as np
 
-STEP, RATE = 1e-3, 250.0  # of the simulation, [s], and of the reports, [Hz]
-_RADIUS = 0.08  # moments of inertia are those of balls of this radius, [m]; no maker publishes them
-_HARMONICS, _SLOWEST = np.arange(1, 6), 0.08  # of the motion, [Hz]
+STEP, RATE = 1e-3, 250.0  # time step of the simulation, [s], and rate of the reports, [Hz]
+_RADIUS = 0.08  # radius of balls whose moments of inertia the links have, [m]; makers publish none
+_HARMONICS, _SLOWEST = np.arange(1, 6), 0.08  # harmonics of the motion, and its fundamental frequency, [Hz]
 _ERROR = 0.05  # relative error of the links' masses in the file
-_STOP, _GRIP, _GRIPPED = 0.6, 0.8, 0.3  # time to stop, and to close or open the hand, [s]
+_STOP, _GRIP, _GRIPPED = 0.6, 0.8, 0.3  # time to stop, to move the fingers, and to grip an object, [s]
 
 
 @dataclass(frozen=True)
 class Arm:
-    """Arm with published numbers."""
+    """Arm with published parameters."""
 
     joints: tuple[str, ...]
-    signal: str  # what it reports, as in a description
+    signal: str  # kind of the reported signal, as in a description
     place: tuple[
         tuple[float, float, float, float], ...
-    ]  # place of each joint in the link before, [m], turn about x, [deg]
+    ]  # position of each joint in the preceding link, [m], and rotation about x, [deg]
     flange: tuple[float, float, float, float]
-    links: tuple[tuple[float, float, float, float], ...]  # mass, [kg], and centre of mass, [m], of each link
+    links: tuple[tuple[float, float, float, float], ...]  # mass, [kg], and centre of mass, [m], per link
     home: tuple[float, ...]
     span: tuple[float, ...]  # largest distance from home, [rad]
     coulomb: tuple[float, ...]  # friction, [N m]
     viscous: tuple[float, ...]  # [N m s]
-    rotor: tuple[float, ...]  # inertia of rotors felt at the joints, [kg m^2]
-    stiffness: tuple[float, ...]  # of the controller, [N m/rad]
+    rotor: tuple[float, ...]  # rotor inertia reflected to the joints, [kg m^2]
+    stiffness: tuple[float, ...]  # controller stiffness, [N m/rad]
     gain: tuple[float, ...]  # signal per torque
     load_friction: float
     gain_sd: float
     offset_sd: float
     noise: float
-    quantum: float  # step of the reported signal
+    quantum: float  # resolution of the reported signal
 
 
 ARMS = {
@@ -137,7 +135,7 @@ ARMS = {
 
 @dataclass(frozen=True)
 class Sample:
-    """Report of the robot: stamp, [s], angles, velocities and signal."""
+    """Report of the robot: time stamp, [s], joint angles, velocities and signal."""
 
     time: float
     q: np.ndarray
@@ -147,7 +145,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Truth:
-    """True load of the robot from a time on. The load has mass, [kg], and centre of mass at the flange, [m]."""
+    """True load from a time on: mass, [kg], and centre of mass at the flange, [m]."""
 
     time: float
     mark: str
@@ -156,7 +154,7 @@ class Truth:
 
 
 def write_model(name: str) -> str:
-    """Writes the arm's file, an MJCF model. The model's site ``flange`` carries the payload."""
+    """Writes the robot's file as an MJCF model with the site ``flange``, which carries the payload."""
     arm, lines, pad = ARMS[name], [], "  "
     for joint, place, (mass, *centre) in zip(arm.joints, arm.place, arm.links, strict=True):
         moment = 0.4 * mass * _RADIUS**2
@@ -183,7 +181,7 @@ def _place(place: tuple[float, float, float, float]) -> str:
 
 
 class _Motion:
-    """Fourier motion about home, whose phase can be slowed to a stop."""
+    """Fourier motion about the home posture, which can be slowed down to a stop."""
 
     def __init__(self, arm: Arm, rng: np.random.Generator) -> None:
         self._home, self._w = np.array(arm.home), 2.0 * np.pi * _SLOWEST * _HARMONICS
@@ -193,7 +191,7 @@ class _Motion:
         self._A, self._B = ((np.array(arm.span) / size)[:, None] * each for each in (A, B))
 
     def at(self, phase: float, speed: float, change: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Computes angles, velocities and accelerations at a phase with two derivatives."""
+        """Computes angles, velocities and accelerations at a phase, given its two time derivatives."""
         c, s, w = np.cos(phase * self._w), np.sin(phase * self._w), self._w
         first = self._B @ (w * c) - self._A @ (w * s)
         second = -(self._A @ (w**2 * c) + self._B @ (w**2 * s))
@@ -201,20 +199,20 @@ class _Motion:
 
 
 def _draw_body(rng: np.random.Generator, mass: float) -> tuple[float, np.ndarray, np.ndarray]:
-    """Draws a box in front of the flange. Returns mass, centre of mass and moments about it."""
+    """Draws a box in front of the flange. Returns its mass, centre of mass, and moments about the latter."""
     size = np.array([0.04, 0.04, 0.06]) * rng.uniform(0.6, 1.6, 3) * mass ** (1.0 / 3.0)
     centre = np.array([*rng.uniform(-0.03, 0.03, 2), rng.uniform(0.03, 0.12)])
     return mass, centre, mass / 3.0 * ((size**2).sum() - size**2)
 
 
 def simulate(name: str, script: str, seed: int, arm_seed: int = 7) -> Iterator[Sample | Truth]:
-    """Simulates the robot, which follows a script. Yields its reports and true loads.
+    """Simulates the robot while it follows a script. Yields its reports and true loads.
 
     Args:
         name: Name of the arm.
-        script: Words such as "hold 2.5, move 10, pick 2.0, move 30, put, move 10", with masses and times.
-        seed: Seed of the motion, the noise, today's friction and the held body.
-        arm_seed: Seed of the arm's own errors.
+        script: Steps such as "hold 2.5, move 10, pick 2.0, move 30, put, move 10", with times, [s], and masses, [kg].
+        seed: Seed of the motion, the noise, the friction of this run and the held body.
+        arm_seed: Seed of the differences between the arm and its file.
     """
     import mujoco
 
@@ -229,7 +227,7 @@ def simulate(name: str, script: str, seed: int, arm_seed: int = 7) -> Iterator[S
         each.opt.timestep, each.jnt_limited[:] = STEP, 0
         each.dof_armature[:] = arm.rotor
     payload = model.body("payload").id
-    for link in range(1, payload):  # the arm is not the one in its file
+    for link in range(1, payload):  # the true arm differs from its file
         factor = 1.0 + _ERROR * own.normal()
         model.body_mass[link] *= factor
         model.body_inertia[link] *= factor * (1.0 + _ERROR * abs(own.normal()))
@@ -266,7 +264,7 @@ def simulate(name: str, script: str, seed: int, arm_seed: int = 7) -> Iterator[S
                 torque = plan.qfrc_inverse + np.array(arm.stiffness) * (q - data.qpos)
                 friction = (coulomb + arm.load_friction * np.abs(data.qfrc_bias)) * np.tanh(data.qvel / 0.005)
                 friction += viscous * data.qvel
-                motor = torque + 0.9 * friction  # the controller compensates most of it
+                motor = torque + 0.9 * friction  # the controller compensates most of the friction
                 data.qfrc_applied[:] = motor - friction
                 mujoco.mj_step(model, data)
                 t, count = t + STEP, count + 1
@@ -286,7 +284,7 @@ def simulate(name: str, script: str, seed: int, arm_seed: int = 7) -> Iterator[S
 def spoil(
     stream: Iterator[Sample | Truth], *, lose: float = 0.0, jitter: float = 0.0, seed: int = 5
 ) -> Iterator[Sample | Truth]:
-    """Drops a share of the reports, and shifts their stamps by |N(0, jitter)|, [s]."""
+    """Drops a share of the reports, and delays their time stamps by |N(0, jitter)|, [s]."""
     rng = np.random.default_rng(seed)
     for each in stream:
         if isinstance(each, Truth):
@@ -297,7 +295,7 @@ def spoil(
 
 
 def main() -> None:
-    """Writes the arm's file, a described recording, or a stream of JSON lines."""
+    """Writes the robot's file, a recording with its description, or a stream of JSON lines."""
     parser = argparse.ArgumentParser(description="a foreign robot")
     parser.add_argument("arm", choices=list(ARMS))
     parser.add_argument("--model", type=Path)

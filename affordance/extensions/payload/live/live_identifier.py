@@ -1,7 +1,8 @@
-"""Identifies the load of a running robot, sample by sample.
+"""Identifies the payload of a running robot, sample by sample.
 
-A belief is the result of ``infer`` on the rows since the load last changed. No sums over the past are used, because
-errors of the arm's model do not average out. The final answer is the result of ``identify`` on the raw rows.
+Each belief is the result of ``infer`` for the rows since the last change of load, of at most a minute. Sums over
+longer times are not used, because errors of the arm's model do not average out. The final answer is the result of
+``identify`` for the raw rows.
 """
 
 import bisect
@@ -31,33 +32,33 @@ from affordance.extensions.payload.recording.run import Run
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
-_LEAST_CUTOFF = 4.0  # [Hz]; the lag is .4 s, and starts and stops pass
-_FIRST = 50  # samples from which the rate of the stream is found
-_GAP = 0.25  # longest step that is interpolated, as in a recording, [s]
-_MOST_BROKEN = 100  # samples without numbers in succession after which the stream is refused
-_FARTHEST = 4.0 * np.pi  # angle that no joint exceeds, as in a recording, [rad]
-_RESET = 1.0  # step back from which the clock was set anew, and no sample is late, [s]
-_BATCH, _EACH = 0.1, 1.0  # time between filterings, and between beliefs, [s]
-_LONGEST = 60.0  # newest part of a segment that is used, [s]
-_SHORTEST = 1.5  # rows from which a belief is drawn, [s]
-_STILL = 4  # newest cells without motion from which the arm is at rest
-_NUM_SAMPLES, _FEW = 2000, 500  # samples of a belief, and of one in a nearly empty hand, where annealing takes longer
-_LITTLE = 0.05  # lower end of the mass's interval below which little or nothing may be held, [kg]
-_NOTHING = 0.1  # upper end of that interval below which this is enough, [kg]
-# Enough: SD of the mass, as a share and [kg], and of the centre of mass, [m]; or the SD of the mass is no less than
-# this share of what it was some time ago, [s], and it is a usable share of the mass.
+_LEAST_CUTOFF = 4.0  # [Hz]; the lag is .4 s, and starts and stops of the arm pass
+_FIRST = 50  # number of samples from which the stream's rate is estimated
+_GAP = 0.25  # longest time step across which samples are interpolated, as in a recording, [s]
+_MOST_BROKEN = 100  # successive samples with non-finite numbers after which the stream is rejected
+_FARTHEST = 4.0 * np.pi  # largest joint angle, as in a recording, [rad]
+_RESET = 1.0  # backward step of the time stamps that counts as a clock reset, not as a late sample, [s]
+_BATCH, _EACH = 0.1, 1.0  # time between filter updates, and between beliefs, [s]
+_LONGEST = 60.0  # longest part of a segment that is used, the newest, [s]
+_SHORTEST = 1.5  # shortest stretch from which a belief is inferred, [s]
+_STILL = 4  # number of newest cells without motion after which the arm is at rest
+_NUM_SAMPLES, _FEW = 2000, 500  # samples of a belief; fewer with light loads, where annealing is slow
+_LITTLE = 0.05  # lower end of the mass interval below which little or nothing may be held, [kg]
+_NOTHING = 0.1  # upper end of this interval below which the hand counts as empty enough, [kg]
+# A belief is precise enough if the SD of the mass, relative and [kg], and of the centre of mass, [m], are small; or
+# if the SD of the mass is useful and exceeds this share of its value some time ago, [s].
 _PRECISE, _PRECISE_KG, _PRECISE_M = 0.02, 0.02, 0.01
 _FLAT, _FLAT_TIME, _USABLE = 0.9, 3.0, 0.2
-_CHECKED = 5.0  # rows from which stamps and unit of the stream are checked, [s]
-_NAMED = 3.0  # rows after a change from which disjoint intervals name it, [s]
-_RETRY = 5.0  # time until the whole analysis is tried again, if it was not trusted, [s]
-_BEHIND = 0.7  # lateness of a sample from which beliefs are left out, [s]
-# Jitter of stamps and longest step that are usual, [s]. 5 ms of jitter moved a load of .3 kg by 5 g.
+_CHECKED = 5.0  # duration after which time stamps and unit of the stream are checked, [s]
+_NAMED = 3.0  # duration after a change before disjoint intervals identify its kind, [s]
+_RETRY = 5.0  # time before the full analysis is repeated if its result was not trusted, [s]
+_BEHIND = 0.7  # delay of processing above which beliefs are skipped, [s]
+# Usual jitter of time stamps and longest usual time step, [s]. 5 ms of jitter changed a load of .3 kg by 5 g.
 _MOST_JITTER, _LONG_STEP = 0.02, 0.1
-_BURSTS = 0.5  # median step, as a share of the mean, below which most samples come in bursts
-_NUM_STEPS = 2000  # newest steps from which jitter is measured
-_UNIT_FACTOR = 4.8  # factor of the own weight's signal that no load explains, as in doubts of a loaded run
-_JUST = 20.0  # time after a final answer in which a put-down may be a payload that was set, [s]
+_BURSTS = 0.5  # ratio of median to mean time step below which most samples come in bursts
+_NUM_STEPS = 2000  # number of newest time steps from which jitter is estimated
+_UNIT_FACTOR = 4.8  # ratio of own-weight signals that no load explains, as in the doubts about a loaded run
+_JUST = 20.0  # time after a final answer during which a put-down may be a payload set on the controller, [s]
 
 
 @dataclass(frozen=True)
@@ -67,10 +68,10 @@ class LiveEvent:
     Attributes:
         kind: ready, belief, changed, taken up, put down, exchanged, disturbed, gap, at rest, controller, doubt or
             final.
-        time: Stamp of the newest sample, [s].
+        time: Time stamp of the newest sample, [s].
         content: Numbers and texts for JSON, in SI units, at the tip.
-        belief: Posterior of the payload, of a belief or a final answer; None otherwise.
-        run: Rows of a final answer, as ``identify`` got them; None otherwise.
+        belief: Posterior of the payload in a belief or a final answer; None otherwise.
+        run: Rows that ``identify`` analysed for a final answer; None otherwise.
 
     Example:
         >>> from affordance import LiveEvent
@@ -85,16 +86,16 @@ class LiveEvent:
     run: Run | None = field(default=None, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the event as plain numbers and texts for JSON."""
+        """Converts the event to plain numbers and texts for JSON."""
         return {"event": self.kind, "time": self.time, **self.content}
 
 
 class LiveIdentifier:
-    """Identifier of a running robot's load, fed sample by sample. The identifier has no threads and sends nothing.
+    """Identifies the payload of a running robot from its samples, without threads or commands.
 
     Attributes:
         robot: Arm up to the tip that carries the payload.
-        ready: First event: how many empty runs there are, how late answers are, what to expect.
+        ready: First event, with signal, joints, number of empty runs, and apparent mass of the empty hand.
 
     Example:
         >>> from affordance import MODELS, LiveIdentifier, load_robot, read_run
@@ -113,17 +114,18 @@ class LiveIdentifier:
         gains: Gains | None = None,
         settings: IdentificationSettings = DEFAULT_SETTINGS,
     ) -> None:
-        """Fits the empty arm, in about half a second.
+        """Fits the empty arm, which takes about half a second.
 
         Args:
-            robot: Robot up to the tip that carries the payload, from ``load_robot``.
-            empty: Recordings with an empty hand, of any motions; three of 15 s are much better than one.
-            gains: Gains calibrated earlier with a weighed load; None for those of the signal's kind.
+            robot: Arm from ``load_robot`` up to the tip that carries the payload.
+            empty: Recordings with an empty hand and any motion; three of 15 s are much better than one.
+            gains: Gains calibrated earlier with a weighed load; None for nominal gains of the signal's kind.
             settings: Settings of the final answer.
 
         Raises:
             BadArgumentError: An argument has the wrong type.
-            BadValueError: There is no empty run, or one does not fit the robot or is not of joint signals in motion.
+            BadValueError: There is no empty run, or a run does not fit the robot or is not of joint signals in
+                motion.
         """
         check_kind("robot", robot, SerialChain, "load_robot(PATH, TIP) returns one")
         if not empty:
@@ -144,7 +146,7 @@ class LiveIdentifier:
         self._description = replace(first, reference_mass=None)
         self._gains = find_gains(self._arm, runs[0], runs, gains, settings)
         self._cutoff = max(_LEAST_CUTOFF, *(compute_cutoff(run, settings) for run in runs))
-        # Starts and stops would raise it from answer to answer.
+        # Otherwise starts and stops would raise the cut-off from answer to answer.
         self._settings = settings = replace(settings, cutoff=self._cutoff)
         parts = [prepare(run, settings, cutoff=self._cutoff) for run in runs]
         signals = [
@@ -155,7 +157,7 @@ class LiveIdentifier:
         self._change = LoadChange(self._fitted, self._gains)
         self._own_weight = weigh_arm(self._arm, runs[0], self._gains, settings)[:, 0]
         self.num_samples, self.num_skipped, self.num_late = 0, 0, 0
-        self._num_broken = 0  # samples without numbers in succession
+        self._num_broken = 0  # number of successive samples with non-finite numbers
         self._set: PayloadSetting | None = None
         self._has_v: bool | None = None
         self._offered = -np.inf  # time of the last trusted answer, [s]
@@ -171,53 +173,53 @@ class LiveIdentifier:
         self.ready = LiveEvent("ready", float(runs[0].times[0]), content)
 
     def _forget(self) -> None:
-        """Resets the identifier to a state without any sample."""
+        """Resets the state to before the first sample."""
         self._times: list[float] = []
         self._raw: list[tuple[Array, Array | None, Array]] = []
         self._steps: deque[float] = deque(maxlen=_NUM_STEPS)
         self._filter: FixedLag | None = None
-        self._arrived, self._latest = -np.inf, -np.inf  # stamp of the last sample, and the latest stamp, [s]
+        self._arrived, self._latest = -np.inf, -np.inf  # stamp of the last sample, and latest stamp, [s]
         self._newest, self._batched = -np.inf, -np.inf
-        self._unnamed: float | None = None  # time of a change that has no name yet, [s]
-        self._before: tuple[bool, tuple[float, float]] = (True, (0.0, _LITTLE))  # little held, interval of the mass
+        self._unnamed: float | None = None  # time of a change that is not named yet, [s]
+        self._before: tuple[bool, tuple[float, float]] = (True, (0.0, _LITTLE))  # if little is held, mass interval
         self._is_still = self._is_checked = self._had_gap = False
         self._begin(-np.inf, [], [])
 
     def _begin(self, since: float, rows: list[PreparedRun], cells: list[Cell]) -> None:
-        """Begins a segment with constant load."""
+        """Begins a segment with a constant load."""
         self._since, self._rows, self._cells = since, rows, cells
         self._pending: list[PreparedRun] = []
         self._told, self._due = -np.inf, np.inf
-        self._sds: list[tuple[float, float]] = []  # times and SDs of the mass
+        self._sds: list[tuple[float, float]] = []  # times and SDs, [kg]
         self._is_done, self._tried, self._enough = False, -np.inf, ""
         self._is_light = True
 
     @property
     def lag(self) -> float:
-        """Time after which a sample counts, [s]; 0 until the stream's rate is known."""
+        """Delay after which a sample affects the answers, [s]; 0 until the stream's rate is known."""
         return 0.0 if self._filter is None else self._filter.lag
 
     def add(self, t: float, q: Array, v: Array | None, signal: Array, *, behind: float = 0.0) -> list[LiveEvent]:
         """Adds a sample and returns the resulting events.
 
         Args:
-            t: Time at which the sample was measured, [s]; not its time of arrival.
+            t: Time at which the sample was measured, not received, [s].
             q: Joint angles in the order of the robot's joints, shape (n,), [rad].
-            v: Joint velocities, shape (n,), [rad/s]; None to derive them from the angles, for all samples alike.
+            v: Joint velocities, shape (n,), [rad/s]; None in all samples to derive them from the angles.
             signal: Signals, in the unit of the empty runs, shape (n,).
-            behind: Time by which the caller reads this sample late, [s]; if it is long, beliefs are left out.
+            behind: Delay with which the caller processes this sample, [s]; beliefs are skipped if it is large.
 
-        Returns: Events, mostly none.
+        Returns: Events, in most cases none.
 
         Raises:
             BadArgumentError: A shape is wrong.
-            BadValueError: An angle is beyond two turns, or many samples in succession have numbers that are not
-                finite; a few such samples count as lost.
+            BadValueError: An angle exceeds two turns, or many successive samples contain numbers that are not finite.
+                A few such samples count as lost.
         """
         n = self.robot.num_joints
         given = {"q": q, "signal": signal} if v is None else {"q": q, "v": v, "signal": signal}
         for name, values in given.items():
-            row = np.array(values, dtype=float)  # a copy: simulators write into the same memory again
+            row = np.array(values, dtype=float)  # a copy, because simulators reuse their memory
             check_array(name, np.zeros_like(row), (n,))
             if not np.isfinite([*row, t]).all():
                 self.num_late, self._num_broken = self.num_late + 1, self._num_broken + 1
@@ -241,7 +243,7 @@ class LiveIdentifier:
         if has_begun and (jump > gap or jump < -_RESET):
             events += self._cut(t, jump)
         elif has_begun and (jump < -(self.lag or _GAP) or jump == 0.0):
-            self.num_late += 1  # too late to count, or twice the same
+            self.num_late += 1  # too late to be used, or a repeated stamp
             return events
         if np.isfinite(self._arrived):
             self._steps.append(t - self._arrived)
@@ -251,7 +253,7 @@ class LiveIdentifier:
         return events
 
     def _insert(self, t: float, sample: tuple[Array, Array | None, Array], behind: float) -> Iterator[LiveEvent]:
-        """Inserts a sample in order of time, and filters complete rows."""
+        """Inserts a sample in order of time, and filters the completed rows."""
         place = bisect.bisect(self._times, t) if t < self._newest else len(self._times)
         if place and self._times[place - 1] == t:
             self.num_late += 1
@@ -271,24 +273,24 @@ class LiveIdentifier:
             yield from self._advance(behind)
 
     def close(self) -> list[LiveEvent]:
-        """Ends the stream. Returns the final answer if it is still due."""
+        """Ends the stream and returns the final answer if there was none yet."""
         if self._is_done or self._is_light or self._unnamed is not None or not self._rows:
             return []
         return list(self._finish())
 
     def set_payload(self, setting: PayloadSetting) -> list[LiveEvent]:
-        """Notes the payload that is set on the controller, at the tip.
+        """Records the payload that is set on the controller, expressed at the tip.
 
-        The event says what it means for the signal.
+        The returned event states how the setting affects the signal.
         """
         same = self._set is not None and np.allclose(self._set.parameters, setting.parameters, atol=1e-6)
         if same:
             return []
         changed, self._set = self._set is not None, setting
         subtracts = self._description.compensates_arm
-        meaning = "the signal is raw: what is set does not change it"
+        meaning = "the signal is raw and does not depend on the setting"
         if subtracts:
-            meaning = "the controller subtracts it from the signal: what is shown is the rest"
+            meaning = "the controller subtracts it from the signal: the rest is shown"
         content = {
             "mass_kg": setting.mass,
             "com_m": list(setting.centre_of_mass),
@@ -303,12 +305,12 @@ class LiveIdentifier:
         yield from self.close()
         before = self._before
         self._forget()
-        # The load may have changed meanwhile, which the first beliefs will show.
+        # The load may have changed during the gap; the first beliefs after it will show a change.
         self._before, self._unnamed, self._had_gap = before, t, True
         yield LiveEvent("gap", t, {"seconds": step})
 
     def _advance(self, behind: float) -> Iterator[LiveEvent]:
-        """Filters new rows. Tests for a change each half second, and infers a belief each second."""
+        """Filters new rows, tests for a change every half second, and computes a belief every second."""
         assert self._filter is not None
         if (part := self._filter.take()) is None:
             return
@@ -325,7 +327,7 @@ class LiveIdentifier:
         now, moved = self._newest, any(cell.moves for cell in self._cells[-_STILL:])
         if not moved and len(self._cells) >= _STILL:
             if not self._is_still:
-                yield LiveEvent("at rest", now, {"why": "a load shows in motion only"})
+                yield LiveEvent("at rest", now, {"why": "a load can be identified only in motion"})
             self._is_still = True
             return
         self._is_still = self._is_still and not moved
@@ -357,26 +359,23 @@ class LiveIdentifier:
         return Cell.of(evidence.samples, whole.times, self._spread_jitter(whole))
 
     def _spread_jitter(self, whole: PreparedRun) -> Array:
-        """Computes the variance of the signal's prediction due to stamp jitter, (N, n).
-
-        The result is the long-run variance.
-        """
+        """Computes the long-run variance of the predicted signal due to time-stamp jitter, (N, n)."""
         assert self._filter is not None
         n = self.robot.num_joints
         middle = whole.select(np.full(n + 1, len(whole.times) // 2))
         predicted = self._fitted.predict(middle._replace(vdot=np.vstack([np.zeros(n), np.eye(n)])))
-        inertia = predicted[1:] - predicted[0]  # signal of each joint, by column, for the acceleration of each
+        inertia = predicted[1:] - predicted[0]  # signal at each joint (columns) per acceleration of each joint (rows)
         spread = self._filter.spread_jitter(whole, self._measure_jitter(), bool(self._has_v))
         variance: Array = self._filter.alike * spread**2 @ inertia**2
         return variance
 
     def _measure_jitter(self) -> float:
-        """Measures the SD of stamps about an even grid, [s]. Outliers hardly affect it."""
+        """Estimates the SD of time stamps about an even grid, [s], robustly against outliers."""
         steps = np.array(self._steps)
         return float(np.median(np.abs(steps - np.median(steps))) / 0.6745 / np.sqrt(2.0))
 
     def _split(self) -> None:
-        """Begins a segment at a change of load. The cell of the change, which has neither load, is left out."""
+        """Begins a segment after a change of load. The cell with both loads is left out."""
         age = self._change.date(self._cells)
         mixed, cells = self._cells[-age], self._cells[-age + 1 :]
         rows = [each for each in self._rows if each.times[0] >= cells[0].start]
@@ -384,7 +383,7 @@ class LiveIdentifier:
         self._unnamed = 0.5 * (mixed.start + mixed.end)
 
     def _believe(self) -> Iterator[LiveEvent]:
-        """Infers the payload of the segment. Names a change, and gives a final answer if possible."""
+        """Infers the payload of the segment, names a change of load, and gives a final answer if possible."""
         whole = join(self._rows)
         seconds = float(whole.times[-1] - whole.times[0])
         if seconds < _SHORTEST:
@@ -394,7 +393,7 @@ class LiveIdentifier:
         try:
             evidence = subtract_arm(self._arm, self._fitted, run, whole, settings)
             belief = replace(infer(evidence, self._gains, settings=settings), tip=self.robot.tip)
-        except (BadValueError, np.linalg.LinAlgError):  # too little motion yet
+        except (BadValueError, np.linalg.LinAlgError):  # not enough motion yet
             return
         if not self._is_checked and seconds > _CHECKED:
             self._is_checked = True
@@ -429,7 +428,7 @@ class LiveIdentifier:
             yield from self._finish()
 
     def _check(self) -> Iterator[LiveEvent]:
-        """Reports faults of the stream itself at its start."""
+        """Reports faults of the stream when it begins."""
         try:
             doubts = list(self._find_doubts(self._build_run()))
         except BadValueError as error:
@@ -438,7 +437,7 @@ class LiveIdentifier:
             yield LiveEvent("doubt", self._newest, {"why": doubt})
 
     def _judge(self, belief: PayloadBelief, now: float) -> tuple[bool, str]:
-        """Decides if the belief is precise enough, with the reason."""
+        """Decides if the belief is precise enough, and returns the reason."""
         sd, com_sd = belief.mass_sd, float(belief.marginals.sd[COM].max())
         self._sds.append((now, sd))
         if not belief.shows_mass:
@@ -460,7 +459,7 @@ class LiveIdentifier:
         )
 
     def _name(self, belief: PayloadBelief, seconds: float) -> Iterator[LiveEvent]:
-        """Names a change once the new load is well known. The transient looks like any load."""
+        """Names a change once the new load is well known, because a transient resembles any load."""
         was_light, (was_low, was_high) = self._before
         low, high = belief.mass_interval90
         apart = low > was_high or high < was_low
@@ -473,7 +472,7 @@ class LiveIdentifier:
         since, had_gap = self._unnamed, self._had_gap
         self._unnamed, self._had_gap = None, False
         if had_gap and (kind == "disturbed" or (kind == "exchanged" and not apart)):
-            return  # as before the gap
+            return  # the load is the same as before the gap
         content: dict[str, Any] = {"since": since, "before_interval90": [was_low, was_high]}
         content |= {"mass_kg": belief.mass, "mass_interval90": [low, high]}
         if kind == "put down" and self._newest - self._offered < _JUST:
@@ -481,7 +480,7 @@ class LiveIdentifier:
         yield LiveEvent(kind, self._newest, content)
 
     def _finish(self) -> Iterator[LiveEvent]:
-        """Identifies the load from the segment's raw rows, with all doubts."""
+        """Identifies the load from the segment's raw rows, including all reasons to doubt the result."""
         self._tried = self._newest
         content: dict[str, Any] = {}
         try:
@@ -501,7 +500,7 @@ class LiveIdentifier:
         yield LiveEvent("final", self._newest, content, belief, run)
 
     def _build_run(self) -> Run:
-        """Builds the segment's recording from its raw rows."""
+        """Builds a recording from the segment's raw rows."""
         first = bisect.bisect_left(self._times, max(self._since, float(self._rows[0].times[0])))
         q, v, signal = zip(*self._raw[first:], strict=True)
         velocities = None if v[0] is None else np.array(v)
@@ -509,7 +508,7 @@ class LiveIdentifier:
         return Run("the stream", self._description, times, np.array(q), np.array(signal), velocities)
 
     def _find_doubts(self, run: Run) -> Iterator[str]:
-        """Finds doubts about the stamps of a stream, and its unit."""
+        """Finds reasons to doubt the time stamps and the unit of a stream."""
         steps, longest = np.array(self._steps), float(np.diff(run.times).max())
         jitter = self._measure_jitter()
         advice = "stamps must be the times of the samples, not of sending"
@@ -529,5 +528,5 @@ class LiveIdentifier:
 
 
 def _build_row(sample: tuple[Array, Array | None, Array]) -> Array:
-    """Joins angles, optional velocities, and signals, shape (2n,) or (3n,)."""
+    """Concatenates angles, optional velocities, and signals, shape (2n,) or (3n,)."""
     return np.concatenate([values for values in sample if values is not None])

@@ -1,6 +1,6 @@
 """Formats the events of a stream as text, one line each.
 
-Doubts and lines of a final answer follow it.
+A final answer is followed by its doubts and by lines for the controller.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,9 +15,12 @@ _ENOUGH_RUNS = 3
 
 
 def describe_event(event: LiveEvent, flange: Flange | str, start: float) -> str:
-    """Describes an event, with times since the first sample, ``start``, [s].
+    """Formats an event, with the time since the first sample.
 
-    Lines for a controller are expressed in the flange frame; a string instead of it is the reason for its absence.
+    Args:
+        event: Event to format.
+        flange: Flange frame for the lines for the controller, or the reason why it is unknown.
+        start: Time stamp of the first sample, [s].
     """
     return "\n".join(
         f"{event.time - start:7.1f} s  {line}" if i == 0 else line
@@ -28,9 +31,7 @@ def describe_event(event: LiveEvent, flange: Flange | str, start: float) -> str:
 def _describe(event: LiveEvent, flange: Flange | str, start: float) -> Iterator[str]:
     c = event.content
     if event.kind == "ready":
-        few = (
-            "" if c["empty_runs"] >= _ENOUGH_RUNS else ": three of 15 s, of other motions, would show the arm better"
-        )
+        few = "" if c["empty_runs"] >= _ENOUGH_RUNS else ": three of 15 s with different motions give a better model"
         runs = "1 empty run" if c["empty_runs"] == 1 else f"{c['empty_runs']} empty runs"
         yield f"ready: {runs}{few}; the empty hand weighs 0 +- {1e3 * c['empty_hand_kg']:.0f} g"
     elif event.kind == "belief":

@@ -1,8 +1,8 @@
-"""Tests if the newest part of a stream has another load than the part before.
+"""Tests if the load changed in the newest part of a stream.
 
-The test compares two explanations by their likelihoods, integrated over all loads, instead of a residual with a
-threshold. The newest cells have either the load of the earlier cells, as far as it is known, or any load. The test
-needs only sums of products in cells of half a second.
+The test is a Bayes factor between two hypotheses. Under the first, the newest cells have the load that is estimated
+from the earlier cells. Under the second, they have any load. Only sums of products over cells of half a second are
+needed.
 """
 
 from collections.abc import Sequence
@@ -25,32 +25,38 @@ from affordance.extensions.payload.evidence.model_error import build_phantom_cov
 from affordance.extensions.payload.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.objects.inertia import NUM_PARAMETERS
 
-# SD of the mass of a load of which nothing is known, [kg]: what arms of ten to thirty kilograms lift.
+# SD of the mass of an unknown load, [kg]: a typical load of arms that weigh ten to thirty kilograms.
 _ANY_LOAD = 1.5
-# Log Bayes factor from which a change is believed: 1 in 3000. Each cell is tested with five splits.
+# Log Bayes factor at which a change is reported, 1 in 3000; each cell is tested with five dates of the change.
 _CHANGED = 8.0
 _AGES = (2, 3, 4, 6, 8)  # ages of a change that are tested, [cells]
-_FEWEST_BEFORE, _FEWEST_AFTER = 4, 2  # cells with motion before and after a change
-_DATED = 14  # largest age at which a change is dated, [cells]
-# Least error of the earlier load, [kg], and as a share of its mass: errors of the arm's model differ between motions.
+_FEWEST_BEFORE, _FEWEST_AFTER = 4, 2  # least number of cells with motion before and after a change
+_DATED = 14  # largest age of a change that is estimated, [cells]
+# Least SD of the earlier load, [kg], and relative to its mass, because errors of the arm's model vary with motion.
 _FLOOR, _FLOOR_SHARE = 0.03, 0.05
-# Time after a change is noticed until it is dated, [s]: what came first is noticed too early or too late.
+# Time from the detection of a change until its date is estimated, [s], because the first estimate is inaccurate.
 WAIT = 2.5
 
 
 class Cell(NamedTuple):
-    """Sums of products over half a second."""
+    """Sums of products over half a second of samples."""
 
     products: Array  # sum of z z^T of each channel, shape (C, 27, 27)
     sums: Array  # sum of z, shape (C, 27)
     counts: Array  # number of used samples, shape (C,)
-    jitter: Array  # sum over used samples of the long-run variance of errors by jitter of stamps, shape (C,)
+    jitter: Array  # sum over used samples of the long-run error variance due to stamp jitter, shape (C,)
     start: float  # time of the first row, [s]
     end: float  # time of the last row, [s]
 
     @classmethod
     def of(cls, samples: ChannelSamples, times: Array, jitter: Array) -> "Cell":
-        """Computes the sums of samples at times, (N,), [s]. Long-run variances due to stamp jitter are (N, C)."""
+        """Computes the sums of samples.
+
+        Args:
+            samples: Samples of all channels.
+            times: Times of the samples, shape (N,), [s].
+            jitter: Long-run error variances due to time-stamp jitter, shape (N, C).
+        """
         z = samples.build_columns()
         counts = samples.used.sum(axis=0, dtype=float)
         spread = (samples.used * jitter).sum(axis=0)
@@ -58,15 +64,18 @@ class Cell(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        """True if a joint moves fast enough to show a load."""
+        """True if a joint moves fast enough to reveal a load."""
         return bool(self.counts.any())
 
 
 class LoadChange:
-    """Test for a change of the load, based on the errors of a fitted empty arm."""
+    """Detector of load changes, which uses the errors of a fitted empty arm."""
 
     def __init__(self, fitted: FittedArm, gains: Gains) -> None:
-        """Stores the gains, which are assumed to have no error. A wrong gain is wrong before and after a change."""
+        """Stores the gains, the friction and the errors of the arm.
+
+        Gains are assumed to be exact, because their errors are the same before and after a change.
+        """
         num = len(gains.mean)
         exact, no_friction = np.zeros((num, 2, 2)), np.zeros((num, 3))
         self._prior = ChannelPrior(gains.mean, exact, no_friction, fitted.friction_left, has_arm=False)
@@ -74,10 +83,7 @@ class LoadChange:
         self._phantom = max(fitted.phantom_mass, _FLOOR)
 
     def measure(self, cells: Sequence[Cell]) -> float:
-        """Computes the largest log Bayes factor of a change in the newest cells.
-
-        The result is negative without a change.
-        """
+        """Computes the largest log Bayes factor of a change in the newest cells. It is negative without a change."""
         anything, best = build_phantom_covariance(_ANY_LOAD), -np.inf
         for age in _AGES:
             old, new = cells[:-age], cells[-age:]
@@ -93,16 +99,16 @@ class LoadChange:
         return float(best)
 
     def is_change(self, cells: Sequence[Cell]) -> bool:
-        """Returns True if the newest cells have another load than the earlier ones."""
+        """Returns True if the load of the newest cells differs from the load of the earlier cells."""
         return self.measure(cells) > _CHANGED
 
     def date(self, cells: Sequence[Cell]) -> int:
-        """Finds the most probable number of newest cells after the change. Two loads then explain all cells best."""
+        """Estimates how many of the newest cells come after the change, by maximum evidence."""
         ages = range(_FEWEST_AFTER, min(_DATED + 1, len(cells) - 1))
         return max(ages, key=lambda age: self._explain(cells[:-age]) + self._explain(cells[-age:]))
 
     def _explain(self, cells: Sequence[Cell]) -> float:
-        """Computes the log evidence of cells under one unknown load."""
+        """Computes the log evidence of cells with one unknown load."""
         likelihood = PayloadLikelihood(_join(cells), self._prior, self._least + _average_jitter(cells))
         return float(likelihood.compute_log_evidence(build_phantom_covariance(1.0), np.array([_ANY_LOAD]))[0])
 
@@ -110,9 +116,9 @@ class LoadChange:
         return PayloadLikelihood(_join(cells), self._prior, variance).linearise(np.zeros(NUM_PARAMETERS))
 
     def _measure_variance(self, cells: Sequence[Cell], anything: Array) -> Array:
-        """Estimates the long-run error variance, (C,).
+        """Estimates the long-run error variance of each channel, (C,).
 
-        The variance is at least the variance of the empty runs, or of the residual of a load.
+        It is at least the variance in the empty runs, and at least the residual variance after fitting a load.
         """
         if len(cells) < 3:
             return self._least
@@ -123,34 +129,35 @@ class LoadChange:
         w[:, SIGNAL] = 1.0
         sums, counts = (np.array([getattr(cell, name) for cell in cells]) for name in ("sums", "counts"))
         num = np.maximum(counts.sum(axis=0), 1.0)
-        w[:, FRICTION.stop - 1] = -np.einsum("kci,ci->c", sums, w) / num  # the offset
+        w[:, FRICTION.stop - 1] = -np.einsum("kci,ci->c", sums, w) / num  # offset
         residual = np.einsum("kci,ci->kc", sums, w)
         squares = (residual**2).sum(axis=0)
-        # Neighbouring cells share errors, by the filter at least.
+        # Errors of neighbouring cells are correlated at least through the filter.
         squares += np.maximum(2.0 * (residual[1:] * residual[:-1]).sum(axis=0), 0.0)
         freedom = np.maximum(1.0 - (1.0 + NUM_PARAMETERS / len(num)) / len(cells), 1.0 / len(cells))
         own = squares / (num * freedom)
-        # A few cells show a joint's errors badly; those of bad stamps or rates grow at all joints alike.
+        # A few cells give an inaccurate variance per joint. Bad time stamps or rates increase the variance of all
+        # joints alike.
         alike = self._least * float(np.mean(own / self._least))
         variance: Array = np.maximum(np.maximum(own, alike), self._least)
         return variance
 
 
 def _join(cells: Sequence[Cell]) -> JointStatistics:
-    """Adds the sums of cells. Blocks are left empty, because no variance is estimated from them here."""
+    """Adds the sums of cells. Blocks are left empty, because they are not needed here."""
     products, sums, counts = (sum(each) for each in zip(*(cell[:3] for cell in cells), strict=True))
     return JointStatistics(products, 0.0 * products, 0.0 * products, sums, counts, 1, 0)  # type: ignore[arg-type]
 
 
 def _average_jitter(cells: Sequence[Cell]) -> Array:
-    """Averages the long-run variance of jitter errors over cells, (C,)."""
+    """Averages the long-run error variance due to jitter over cells, (C,)."""
     sums, counts = (sum(getattr(cell, name) for cell in cells) for name in ("jitter", "counts"))
     mean: Array = sums / np.maximum(counts, 1.0)
     return mean
 
 
 def _integrate(likelihood: Quadratic, mean: Array, covariance: Array) -> float:
-    """Computes the log of the mean of exp(-x^T H x / 2 + b^T x), x ~ N(mean, covariance)."""
+    """Computes the log of the expectation of exp(-x^T H x / 2 + b^T x) for x ~ N(mean, covariance)."""
     H, b = likelihood.precision, likelihood.information
     rest, M = b - H @ mean, np.eye(len(b)) + H @ covariance
     at_mean = float(likelihood.evaluate(mean[None])[0])

@@ -1,4 +1,4 @@
-"""Records a stream as tables with descriptions, for ``read_run``."""
+"""Records a stream as tables with descriptions that ``read_run`` reads."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,22 +12,19 @@ from affordance.extensions.payload.recording.run import Run
 from affordance.extensions.payload.settings import SignalKind
 from affordance.files.atomic import write_text
 
-# Keys of a description that say what a signal is; the others are of one table.
+# Keys of a description that define the signal. The others apply to a single table.
 _KEPT = ("tip", "base", "gravity", "compensates", "compensated_payload")
 
 
 def describe(empty: Path | None, joints: Sequence[str], kind: SignalKind, tip: str) -> dict[str, Any]:
-    """Builds the description of recorded tables.
-
-    The signal is described as in an empty run, the joints are the arm's.
-    """
+    """Builds the description of recorded tables, with the signal of an empty run and the arm's joints."""
     known: Mapping[str, Any] = {} if empty is None else yaml.safe_load(empty.read_text(encoding="utf-8"))
     kept = {key: known[key] for key in _KEPT if key in known}
     return {"joints": list(joints), "signal": kind.value, "tip": tip, **kept}
 
 
 class Recorder:
-    """Writer of samples, row by row, so that a killed program leaves its data."""
+    """Writes samples row by row, so that data survive if the program is killed."""
 
     def __init__(self, folder: Path, description: Mapping[str, Any]) -> None:
         """Creates the folder."""
@@ -37,7 +34,7 @@ class Recorder:
         self.num_seen = self._num_final = 0
 
     def add(self, t: float, q: Array, v: Array | None, signal: Array) -> None:
-        """Adds a sample to ``seen_N.csv``. A sample without numbers, which no reader accepts, is left out."""
+        """Adds a sample to ``seen_N.csv``, unless it contains numbers that are not finite."""
         if not np.isfinite(np.concatenate([q, signal] if v is None else [q, v, signal])).all():
             return
         if self._file is None:
@@ -48,13 +45,13 @@ class Recorder:
         self._file.write(_format(t, q, v, signal))
 
     def cut(self) -> None:
-        """Ends the table, before a gap or at the end."""
+        """Closes the table, before a gap or at the end."""
         if self._file is not None:
             self._file.close()
         self._file = None
 
     def write(self, run: Run) -> Path:
-        """Writes the rows of a final answer to ``final_N.csv``. Returns its path."""
+        """Writes the rows of a final answer to ``final_N.csv`` and returns its path."""
         self._num_final += 1
         path = self._describe(f"final_{self._num_final}")
         velocities = [None] * len(run.q) if run.v is None else run.v

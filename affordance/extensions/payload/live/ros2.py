@@ -1,7 +1,7 @@
 """Reads ``sensor_msgs/JointState`` over DDS, without ROS: ``pip install cyclonedds``.
 
-The module creates a reader and no writer, so nothing can be commanded. It is best-effort, which matches every writer,
-and keeps all samples until they are read.
+There is a reader but no writer, so no command can be sent. The reader's quality of service is best-effort, which is
+compatible with every writer. All samples are kept until they are read.
 """
 
 import time
@@ -20,7 +20,7 @@ from cyclonedds.util import duration
 
 from affordance.extensions.payload.live.samples import Sample
 
-_TAKEN, _WAIT = 200, 200  # samples taken at once, and time until the reader looks whether it should end, [ms]
+_TAKEN, _WAIT = 200, 200  # samples read at once, and time between checks if reading must end, [ms]
 
 
 @dataclass
@@ -45,16 +45,16 @@ class _JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):
 
 
 def read_ros2(topic: str, domain: int, silence: float = float("inf")) -> Iterator[Sample]:
-    """Reads joint states from a topic until no sample comes for some time.
+    """Reads joint states from a topic until no sample arrives for some time.
 
     Args:
-        topic: Name of the topic, as ROS names it, such as /joint_states.
+        topic: Name of the ROS topic, such as /joint_states.
         domain: Number of the DDS domain, ROS_DOMAIN_ID.
         silence: Time without a sample after which reading ends, [s].
     """
     participant: Any = DomainParticipant(domain)
     keep = Qos(Policy.History.KeepAll, Policy.Reliability.BestEffort)
-    name = "rt/" + topic.lstrip("/")  # topics of ROS have this prefix in DDS
+    name = "rt/" + topic.lstrip("/")  # DDS topics of ROS have this prefix
     reader: Any = DataReader(participant, Topic(participant, name, _JointState), qos=keep)
     waiting = WaitSet(participant)
     waiting.attach(ReadCondition(reader, SampleState.Any | ViewState.Any | InstanceState.Any))
@@ -62,7 +62,7 @@ def read_ros2(topic: str, domain: int, silence: float = float("inf")) -> Iterato
     while time.monotonic() - newest < silence:
         waiting.wait(duration(milliseconds=_WAIT))
         for message in reader.take(N=_TAKEN):
-            if not hasattr(message, "header"):  # that a writer left, and no sample
+            if not hasattr(message, "header"):  # a notice that a writer left is not a sample
                 continue
             newest = time.monotonic()
             stamp = message.header.stamp

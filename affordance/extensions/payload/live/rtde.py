@@ -1,9 +1,7 @@
-"""Reads a Universal Robots controller's real-time data (RTDE, TCP).
+"""Reads a Universal Robots controller's real-time data (RTDE over TCP), with the standard library only.
 
-Only the standard library is needed.
-
-It sets up outputs and never an input recipe. Without one the controller accepts no value, so nothing can be
-commanded. Packages are a size (uint16), a type (uint8) and a payload, big endian: 86 version, 79 outputs, 83 start,
+Only an output recipe is set up. Without an input recipe the controller accepts no values, so no command can be sent.
+A package consists of size (uint16), type (uint8) and payload, big endian. Types are 86 version, 79 outputs, 83 start,
 85 data, 77 text. Source: Universal Robots, "Real-Time Data Exchange (RTDE) Guide".
 """
 
@@ -24,9 +22,9 @@ _SIZES = {"DOUBLE": "d", "VECTOR3D": "3d", "VECTOR6D": "6d"}
 _JOINTS = tuple(
     f"{name}_joint" for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 )
-# Variable of each kind of signal; the second one exists from PolyScope 5.23 and 10.11 on.
+# Variable for each kind of signal; actual_current_as_torque exists from PolyScope 5.23 and 10.11 on.
 _SIGNALS = {SignalKind.CURRENT: "actual_current", SignalKind.MOTOR_TORQUE: "actual_current_as_torque"}
-_FREQUENCY, _PATIENCE = 500.0, 5.0  # of samples, at most, [Hz], and for the controller's answers, [s]
+_FREQUENCY, _PATIENCE = 500.0, 5.0  # largest rate of samples, [Hz], and timeout for the controller's answers, [s]
 
 
 def read_rtde(host: str, kind: SignalKind, port: int = PORT) -> Iterator[Sample]:
@@ -34,11 +32,11 @@ def read_rtde(host: str, kind: SignalKind, port: int = PORT) -> Iterator[Sample]
 
     Args:
         host: Name or address of the controller.
-        kind: Kind of the signal of the empty runs: motor currents or motor torques.
+        kind: Kind of signal in the empty runs: motor currents or motor torques.
         port: TCP port of the controller.
 
     Raises:
-        BadValueError: The controller cannot be reached, or offers no such data.
+        BadValueError: The controller cannot be reached, or does not offer these data.
     """
     if kind not in _SIGNALS:
         problem = f"offers {', '.join(each.value for each in _SIGNALS)}, but the empty runs have {kind.value}"
@@ -76,7 +74,7 @@ def _read(connection: socket.socket, host: str, names: list[str]) -> Iterator[Sa
 
 
 def _ask(connection: socket.socket, type_: int, payload: bytes = b"") -> bytes:
-    """Sends a package, and returns the payload of its answer. Texts in between are skipped."""
+    """Sends a package and returns the payload of the answer. Text packages are skipped."""
     connection.sendall(struct.pack(">HB", len(payload) + 3, type_) + payload)
     while True:
         answer, data = _receive(connection)

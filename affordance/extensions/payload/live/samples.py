@@ -12,41 +12,41 @@ from affordance.extensions.payload.payload_setting import PayloadSetting
 from affordance.extensions.payload.recording.run import Run
 from affordance.extensions.payload.recording.run_entry import COLUMN_MAPS, name_columns
 
-_MOST_FOREIGN = 1000  # messages about other joints after which the stream is refused
-_BETWEEN = 1.0  # time between recordings, [s]
+_MOST_FOREIGN = 1000  # number of messages about other joints after which the stream is rejected
+_BETWEEN = 1.0  # time between successive recordings, [s]
 
 
 class Sample(NamedTuple):
-    """Joint state from a driver. Joints are in any order, and others may be included."""
+    """Joint state from a driver, in any order of joints and possibly with additional joints."""
 
-    time: float  # when it was measured, [s]
+    time: float  # time of measurement, [s]
     names: Sequence[str]
     q: Sequence[float] | Array  # [rad]
     v: Sequence[float] | Array | None  # [rad/s]
     signal: Sequence[float] | Array
-    payload: PayloadSetting | None = None  # what is set on the controller, in its flange's frame; None if unknown
+    payload: PayloadSetting | None = None  # payload set on the controller, in the flange frame; None if unknown
 
 
 class JointOrder:
-    """Selector of an arm's joints from messages, by name."""
+    """Selects an arm's joints from messages by name."""
 
     def __init__(self, joints: Sequence[str]) -> None:
         """Stores the names in the arm's order."""
         self._joints, self._num_foreign = joints, 0
-        self._foreign: tuple[str, ...] = ()  # names of the last message of other joints
+        self._foreign: tuple[str, ...] = ()  # names in the last message about other joints
         self._orders: dict[tuple[str, ...], list[int] | None] = {}
 
     def refuse(self) -> None:
-        """Rejects a stream whose last message was of other joints. The BadValueError names these joints."""
+        """Raises a BadValueError with the joints of the last message if it was about other joints."""
         if self._foreign:
             problem = f"are {', '.join(self._foreign)[:200]}, must include {', '.join(self._joints)}"
             raise BadValueError("the stream", "names", problem)
 
     def pick(self, sample: Sample) -> tuple[Array, Array | None, Array] | None:
-        """Selects angles, velocities and signals, (n,) each. Returns None if the message is of other joints.
+        """Selects angles, velocities and signals, (n,) each. Returns None if the message is about other joints.
 
         Raises:
-            BadValueError: The message lacks numbers, or only messages of other joints come.
+            BadValueError: Numbers are missing in the message, or too many successive messages are about other joints.
         """
         names = tuple(sample.names)
         if names not in self._orders:
@@ -71,17 +71,18 @@ class JointOrder:
 
 
 def read_lines(lines: Iterable[str], joints: Sequence[str]) -> Iterator[Sample]:
-    """Reads joint states from lines of text. A line is a JSON object, or a row of a table below a line of names.
+    """Reads joint states from lines of text.
 
-    A JSON object has the fields of a JointState: time (or header), name, position, velocity, effort. A table has the
-    columns of a recording: time, q_1.., v_1.. and tau_1.. or current_1.., or a logger's.
+    A line is a JSON object with the fields of a JointState (time or header, name, position, velocity, effort), or a
+    row of a table with a header line. The columns of a table are those of a recording: time, q_1.., v_1.. and tau_1..
+    or current_1.., or the names of a logger.
 
     Args:
         lines: Lines of text.
-        joints: Names of the joints of messages without names and of tables, in order.
+        joints: Names of the joints, in order, for tables and for messages without names.
 
     Raises:
-        BadValueError: A line is neither of these.
+        BadValueError: A line has neither format.
     """
     columns: dict[str, int] | None = None
     for number, line in enumerate(lines, start=1):
@@ -114,7 +115,7 @@ def _read_message(message: dict[str, Any], joints: Sequence[str]) -> Sample:
 
 
 def _find_columns(names: Sequence[str], num: int) -> dict[str, int]:
-    """Finds our columns in a table, by their own names or a logger's."""
+    """Finds the columns in a header line, by standard names or a logger's names."""
     for columns in COLUMN_MAPS.values():
         ours = name_columns(names, columns)
         found = {name: place for place, name in reversed(list(enumerate(ours))) if name is not None}
@@ -133,7 +134,7 @@ def _read_row(row: Sequence[float], columns: dict[str, int], joints: Sequence[st
 
 
 def replay(runs: Sequence[Run]) -> Iterator[Sample]:
-    """Reads recordings one after the other, a second apart."""
+    """Replays recordings one after another, with pauses of one second."""
     start = 0.0
     for run in runs:
         for i, t in enumerate(run.times - run.times[0]):

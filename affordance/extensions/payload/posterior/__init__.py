@@ -1,1 +1,1 @@
-"""Posterior of a payload: priors, fits, samples, and the belief in words."""
+"""Computes the posterior of a payload: prior, fit, samples and summary."""

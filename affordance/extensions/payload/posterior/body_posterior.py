@@ -1,7 +1,7 @@
-"""Posterior of an unseen held body: its mode, and weighted samples around it.
+"""Samples the posterior of an unseen held body.
 
-Every sample is a physically consistent body. Weights are exact: the posterior density, with gains and friction
-integrated out, divided by the density of the proposal.
+Every sample is a physically consistent body. Weights are the exact posterior density, with gains and friction
+integrated out, divided by the proposal density.
 """
 
 from collections.abc import Sequence
@@ -25,8 +25,8 @@ from affordance.extensions.payload.posterior.log_cholesky import (
 from affordance.extensions.payload.posterior.solid_prior import Normals, SolidPrior, add_logs
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
-# Sobol points with the direction numbers of Joe & Kuo (2008, SIAM J. Sci. Comput. 30:2635): inner coefficients of the
-# primitive polynomial, and first direction numbers, of each dimension after the first. SciPy draws the same points,
+# Direction numbers for Sobol points from Joe & Kuo (2008, SIAM J. Sci. Comput. 30:2635): inner coefficients of the
+# primitive polynomial, and first direction numbers, for each dimension after the first. SciPy draws the same points,
 # but its statistics package takes half a second to import.
 _POLYNOMIALS = (
     (0, (1,)),
@@ -46,12 +46,11 @@ _POWERS = 1 << np.arange(_BITS - 1, -1, -1)
 
 
 def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Array:
-    """Draws evenly spread points of the open unit cube, shape (num_points, size).
+    """Draws scrambled Sobol points in the unit cube, shape (num_points, size).
 
-    Each point is uniformly distributed.
-
-    Binary digits are multiplied by a random triangular matrix and shifted (Matousek 1998, J. Complexity 14:527).
-    There may be fewer than 2^30 points, with up to ``MAX_DIMENSION`` coordinates.
+    Each point is uniformly distributed. Binary digits are multiplied by a random triangular matrix and shifted
+    (Matousek 1998, J. Complexity 14:527). The number of points must be below 2^30, and ``size`` at most
+    ``MAX_DIMENSION``.
     """
     points = np.empty((num_points, size))
     for dimension in range(size):
@@ -67,7 +66,7 @@ def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Ar
 
 
 def list_directions(dimension: int) -> list[int]:
-    """Lists the direction numbers of a dimension, in multiples of 2^-30. Dimensions count from 0."""
+    """Lists the direction numbers of a dimension (from 0), in multiples of 2^-30."""
     inner, first = _POLYNOMIALS[dimension - 1] if dimension else (0, (1,) * _BITS)
     degree = len(first)
     directions = [m << (_BITS - 1 - i) for i, m in enumerate(first)]
@@ -80,28 +79,26 @@ def list_directions(dimension: int) -> list[int]:
     return directions
 
 
-# Degrees of freedom of a multivariate t: its tails are heavier than the posterior's, so that no single sample
-# dominates.
+# Degrees of freedom of the multivariate t distributions, whose tails are heavier than the posterior's. No single
+# sample can then dominate.
 _DEGREES_OF_FREEDOM = 8.0
-# Share of the samples that are drawn from the prior, and share of the others that is divided equally among the kinds.
+# Share of the samples that are drawn from the prior, and share of the others that is divided equally among kinds.
 _DEFENSIVE, _EVEN = 0.05, 0.05
-# Number of samples above which evenly spread points are used.
+# Number of samples above which Sobol points are used.
 _MANY = 4000
-_LEAST_UNIFORM = 1e-12  # keeps all samples at finite distances
-# Least effective number of samples from which the distribution of a kind is refitted.
+_LEAST_UNIFORM = 1e-12  # keeps samples finite
+# Least effective number of samples for refitting the distribution of a kind.
 _FEWEST = 30.0
-# Share of a kind's covariance that a refit retains, so that it does not collapse onto a few samples of large weight.
+# Share of a kind's covariance that a refit retains, so that it does not collapse onto a few heavy samples.
 _KEPT = 0.1
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """Proposal distribution of bodies: a mixture of t distributions and a prior.
+    """Proposal distribution of bodies: a mixture of the prior and one multivariate t per kind of solid.
 
-    There is a multivariate t distribution for each kind of solid.
-
-    The t distributions have tails at least as heavy as the posterior's, and the prior has a small weight, which
-    bounds the weights of the samples.
+    The tails of the t distributions are at least as heavy as the posterior's. The prior has a small weight, which
+    bounds the importance weights.
     """
 
     kinds: Normals  # centre and squared scale of each t distribution
@@ -110,13 +107,13 @@ class Proposal:
 
     @classmethod
     def build(cls, kinds: Normals, log_evidence: Array, prior: SolidPrior) -> "Proposal":
-        """Builds the proposal from kinds and their unnormalised log probabilities, (K,)."""
+        """Builds the proposal from normal distributions of kinds and their unnormalised log probabilities, (K,)."""
         weights = np.exp(log_evidence - log_evidence.max())
         return cls(kinds, (1.0 - _EVEN) * weights / weights.sum() + _EVEN / len(weights), prior)
 
     @property
     def covariance(self) -> Array:
-        """Mean of the squared scales of the t distributions, shape (10, 10)."""
+        """Mean squared scale of the t distributions, shape (10, 10)."""
         covariance: Array = np.einsum("k,kij->ij", self.shares, self.kinds.covariances)
         return covariance
 
@@ -124,8 +121,8 @@ class Proposal:
         """Draws samples of theta, shape (num_samples, 10)."""
         num_prior = int(_DEFENSIVE * num_samples)
         count, size = num_samples - num_prior, self.kinds.means.shape[1]
-        # With evenly spread points, interval edges scatter between seeds half as much as with independent points.
-        # Those take less than a millisecond to draw.
+        # With Sobol points, interval edges vary half as much between seeds as with independent points, which are
+        # drawn in less than a millisecond.
         spread = draw_even_points(rng, count, size + 1) if num_samples > _MANY else rng.random((count, size + 1))
         spread = np.clip(spread, _LEAST_UNIFORM, 1.0 - _LEAST_UNIFORM)
         scale = np.sqrt(_DEGREES_OF_FREEDOM / chdtri(_DEGREES_OF_FREEDOM, spread[:, size]))
@@ -136,16 +133,13 @@ class Proposal:
         return np.concatenate([about, self.prior.draw_theta(rng, num_prior)])
 
     def compute_log_density(self, theta: Array, prior: Array) -> Array:
-        """Computes the log density, (N,), given the prior's, (N,). The constant is common to all components."""
+        """Computes the log density, (N,), from the prior's log density, (N,), up to a constant."""
         about = add_logs(self._compute_log_densities(theta))
         log_density: Array = np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
         return log_density
 
     def refit(self, theta: Array, weights: Array) -> "Proposal":
-        """Refits the proposal, kind by kind, to weighted posterior samples.
-
-        The samples are (N, 10), with weights, (N,).
-        """
+        """Refits each kind's distribution to weighted posterior samples, (N, 10), with weights, (N,)."""
         log_densities = self._compute_log_densities(theta)
         belongs = np.exp(log_densities - add_logs(log_densities)[:, None]) * weights[:, None]
         means, covariances = self.kinds.means.copy(), self.kinds.covariances.copy()
@@ -161,7 +155,7 @@ class Proposal:
         return Proposal.build(Normals(means, covariances), log_evidence, self.prior)
 
     def _compute_log_densities(self, theta: Array) -> Array:
-        """Computes the log density of each t distribution times its share, (N, K). A common constant is left out."""
+        """Computes the log density of each t distribution times its share, (N, K), up to a common constant."""
         size = self.kinds.means.shape[1]
         half, power = 0.5 * _DEGREES_OF_FREEDOM, 0.5 * (_DEGREES_OF_FREEDOM + size)
         scales = self.kinds.log_scales + gammaln(power) - gammaln(half) - 0.5 * size * np.log(half)
@@ -170,27 +164,27 @@ class Proposal:
         return log_densities
 
 
-# Sufficient effective sample size, as a share of the samples: computed from the weights when the proposal is
-# refitted, and for the worst parameter at the end.
+# Sufficient effective sample size as a share of the samples. It is computed from the weights after refits, and for
+# the worst parameter at the end.
 _ENOUGH = 0.2
-# Number of samples from which the proposal is refitted to the posterior, largest number of refits, and effective
-# size, as a share of these samples, at which refitting stops.
+# Number of samples for refitting the proposal, largest number of refits, and effective sample size, as a share of
+# these samples, at which refitting stops.
 _ADAPTING, _MAX_REFITS, _GOOD = 4000, 4, 0.6
-# Negligible weight: bodies this far out may be too thin for the arithmetic.
+# Negligible weight. Bodies with smaller weights may be too thin for the arithmetic.
 _FAINT = 1e-100
-# Number of random-walk moves of each sample in a round, and the step and acceptance rate that are optimal in ten
-# dimensions: 2.38 over the square root of 10, and .234 (Roberts, Gelman & Gilks 1997). Where the distribution is
-# curved, the step that gives this rate is smaller.
+# Number of random-walk moves per sample in a round, and the optimal step and acceptance rate in ten dimensions: 2.38
+# over the square root of 10, and .234 (Roberts, Gelman & Gilks 1997). For curved distributions the step with this
+# acceptance rate is smaller.
 _NUM_MOVES, _WALK, _ACCEPTED = 6, 0.75, 0.234
-# Sufficient number of accepted moves of each sample in an intermediate distribution. In the posterior itself, rounds
-# continue until samples have forgotten where they began: largest correlation before and after, and number of rounds.
+# Sufficient number of accepted moves per sample in an intermediate distribution. For the posterior itself, rounds
+# continue until samples are nearly independent of their start: largest correlation, and largest number of rounds.
 _MOVED, _FORGOTTEN, _MAX_ROUNDS = 3.0, 0.1, 60
 # Number of Gauss-Newton steps between linearisations of the likelihood.
 _STEPS_A_ROUND = 5
-# Gain of the log density at which the search for a mode stops, for a fit and for a proposal.
+# Increase of the log density at which the search for a mode stops, for a fit and for a proposal.
 _TOLERANCE, _ROUGH = 1e-8, 0.1
 _LONGEST_STEP = 5.0
-# Least eigenvalue of a guessed pseudo-inertia, as a share of the largest one.
+# Smallest eigenvalue of a guessed pseudo-inertia, as a share of the largest.
 _LEAST_SHARE = 1e-3
 
 
@@ -204,16 +198,16 @@ class Mode(NamedTuple):
 
 
 class WeightedBodies(NamedTuple):
-    """Weighted samples of a posterior."""
+    """Weighted posterior samples."""
 
     pi: Array  # ten parameters of each sample, shape (N, 10)
     weights: Array  # weights of the samples, shape (N,); their sum is one
-    # Index of the sample from which each sample descends, shape (N,); its own index without resampling.
+    # Index of each sample's ancestor, shape (N,); its own index without resampling.
     ancestors: NDArray[np.intp]
 
     @property
     def effective_size(self) -> float:
-        """Number of independent samples that would be as accurate. The worst of the ten parameters counts.
+        """Effective sample size for the worst of the ten parameters.
 
         The variance of a weighted mean is estimated from sums over the samples with a common ancestor, which may be
         correlated (Lee & Whiteley 2018, Variance estimation in the particle filter).
@@ -222,16 +216,13 @@ class WeightedBodies(NamedTuple):
         sums = np.zeros_like(away)
         np.add.at(sums, self.ancestors, away)
         variance = self.weights @ (self.pi - self.weights @ self.pi) ** 2
-        # The scatter over few ancestors is unreliable, so the number of ancestors is an upper bound.
+        # The variance over a few ancestors is unreliable, so the number of ancestors is an upper bound.
         most = float(len(np.unique(self.ancestors)))
         return min(most, float((variance / np.maximum((sums**2).sum(axis=0), np.finfo(float).tiny)).min()))
 
 
 def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array, load: Array) -> Mode:
-    """Improves theta, (10,), under a quadratic approximation of the likelihood.
-
-    The approximation is made at a load, (10,).
-    """
+    """Improves theta, (10,), with a quadratic approximation of the likelihood at a load, (10,)."""
     quadratic = likelihood.linearise(load)
     phantom = likelihood.prior.phantom_covariance
     theta, covariance = _climb(quadratic.widen(phantom), prior.mean, prior.precision, theta, _TOLERANCE)
@@ -240,7 +231,7 @@ def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array,
 
 
 def measure_step(step: Array, mode: Mode) -> float:
-    """Computes the squared length of a step in posterior SDs. Theta has no common unit."""
+    """Computes the squared length of a step of theta in posterior standard deviations."""
     return float(step @ np.linalg.solve(mode.covariance, step))
 
 
@@ -250,15 +241,15 @@ def draw_bodies(
     """Draws weighted samples of the posterior.
 
     The proposal has a component at the mode for each kind of solid, and is refitted to its own samples while their
-    effective size is too small. The strongly curved posteriors of bodies that a run hardly constrains are sampled by
-    annealed sequential Monte Carlo: every sample is moved in a sequence of intermediate distributions (Del Moral,
-    Doucet & Jasra 2006). Samples that have forgotten where they began count as independent. The scatter over seeds
-    shows that they are worth a third to a half of their number.
+    effective size is too small. If a run hardly constrains the body, the posterior is strongly curved and is sampled
+    with annealed sequential Monte Carlo: every sample is moved through a sequence of intermediate distributions (Del
+    Moral, Doucet & Jasra 2006). Samples whose moves have removed the correlation with their start count as
+    independent. The variation between seeds shows that they are worth a third to a half of their number.
     """
     of_body = BodyLikelihood(likelihood, mode.load)
 
     def compare(proposal: Proposal, theta: Array, normals: Array) -> tuple[Array, Array]:
-        """Returns the proposal's log density, and the excess of the posterior's over it."""
+        """Returns the log proposal density, and the log ratio of posterior to proposal density."""
         log_prior = prior.compute_log_density(theta)
         log_proposals = proposal.compute_log_density(theta, log_prior)
         return log_proposals, of_body.compute(parameters_from_theta(theta), normals) + log_prior - log_proposals
@@ -280,17 +271,16 @@ def draw_bodies(
         proposal = proposal.refit(theta, bodies.weights)
     theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
     for _ in range(_MAX_REFITS):
-        # A few heavy samples, on which the interval of a single parameter depends, carry little of the total weight.
-        # The last draw is used whatever its weights: choosing the best of several would favour draws that missed the
-        # heavy samples.
+        # The last draw is used whatever its weights. Choosing the best of several draws would favour draws without
+        # the few heavy samples that determine the interval of a single parameter.
         if num_samples == few or bodies.effective_size >= _ENOUGH * num_samples:
             break
         proposal = proposal.refit(theta, bodies.weights)
         theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
     if _count(bodies) >= _ENOUGH * few:
         return bodies
-    # Moving many samples takes seconds, so fewer are drawn anew: the samples are sorted by kind, so that the first
-    # few are not a random sample.
+    # Moving many samples takes seconds, so fewer samples are drawn again. The first of the old samples would not be a
+    # random subset, because samples are sorted by kind.
     if num_samples > few:
         theta, normals, log_ratios, _ = weigh(proposal, few)
     exponent, ancestors, equal = 0.0, np.arange(few), np.full(few, 1.0 / few)
@@ -308,7 +298,8 @@ def draw_bodies(
         for _ in range(_MAX_ROUNDS):
             for _ in range(_NUM_MOVES):
                 moved = theta + walk * rng.standard_normal(theta.shape) @ root.T
-                # Phantoms move in proportion: a new phantom for each body would be noise that no small step reduces.
+                # Phantoms take a step of the same relative size. Independent phantoms would add noise that no small
+                # step reduces.
                 moved_normals = np.sqrt(1.0 - walk**2) * normals + walk * of_body.draw_normals(rng, few)
                 moved_proposals, moved_ratios = compare(proposal, moved, moved_normals)
                 gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
@@ -336,9 +327,9 @@ def spread_bodies(
 ) -> WeightedBodies:
     """Spreads posterior samples over likelihoods with different error variances.
 
-    Each sample is assigned to a random one of the likelihoods, and moved as the normal (Laplace) approximation about
-    the mode moves: from one most probable body to the other, scaled by the roots of both covariances. Undetermined
-    quantities stay unchanged.
+    Samples are assigned to the likelihoods at random. Each sample is transformed by the map between two normal
+    (Laplace) approximations about the mode, from the original likelihood to the assigned one. Quantities that the run
+    does not determine remain unchanged.
     """
     theta = theta_from_parameters(thicken(bodies.pi))
     away = np.linalg.solve(np.linalg.cholesky(mode.covariance), (theta - mode.theta).T).T
@@ -352,20 +343,14 @@ def spread_bodies(
 
 
 def _correlate(before: Array, after: Array) -> float:
-    """Computes the largest correlation of a parameter before and after moves.
-
-    Parameters are (N, 10), and correlations are over samples.
-    """
+    """Computes the largest correlation, over parameters, between values before and after moves, (N, 10) each."""
     away, later = before - before.mean(axis=0), after - after.mean(axis=0)
     scale = np.sqrt((away**2).sum(axis=0) * (later**2).sum(axis=0))
     return float(((away * later).sum(axis=0) / np.maximum(scale, np.finfo(float).tiny)).max())
 
 
 def _propose(of_body: BodyLikelihood, prior: SolidPrior, mode: Mode) -> Proposal:
-    """Builds a proposal by Laplace's approximation.
-
-    The proposal has a component at the mode for each kind of solid.
-    """
+    """Builds the proposal with a Laplace approximation for each kind of solid."""
     quadratic = of_body.of_body
     means, precisions = prior.kinds.means, prior.kinds.precisions
     modes = [_climb(quadratic, *kind, mode.theta, _ROUGH) for kind in zip(means, precisions, strict=True)]
@@ -376,14 +361,14 @@ def _propose(of_body: BodyLikelihood, prior: SolidPrior, mode: Mode) -> Proposal
 
 
 def normalise(log_weights: Array) -> Array:
-    """Computes weights that sum to one."""
+    """Converts log weights to weights that sum to one."""
     weights = np.exp(log_weights - log_weights.max())
     normalised: Array = weights / weights.sum()
     return normalised
 
 
 def _count(bodies: WeightedBodies) -> float:
-    """Computes the effective number of samples from their weights alone."""
+    """Computes the effective sample size from the weights alone."""
     return float(1.0 / np.sum(bodies.weights**2))
 
 
@@ -394,7 +379,7 @@ def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
 
 
 def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
-    """Finds the largest step of the exponent that keeps half the samples effective. The step is at most ``most``."""
+    """Finds the largest step of the exponent, up to ``most``, that keeps half of the samples effective."""
 
     def count(step: float) -> float:
         return float(1.0 / np.sum(normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
@@ -409,13 +394,13 @@ def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
 
 
 def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
-    """Guesses theta, (10,), from a normal posterior's mean. The mean is made physically consistent."""
+    """Guesses theta, (10,), from the mean of a normal posterior, made physically consistent."""
     pi = parameters_from_theta(prior.mean)
     D = compute_jacobian(prior.mean)
     quadratic = likelihood.linearise(pi)
     spread = D @ prior.covariance @ D.T
     quadratic = quadratic.widen(likelihood.prior.phantom_covariance)
-    spread[0, 0] += pi[0] ** 2  # the mass may be many times its prior mean, as its logarithm is normal
+    spread[0, 0] += pi[0] ** 2  # the mass may be many times its prior mean, because the prior is log-normal
     pi = np.linalg.solve(
         np.linalg.inv(spread) + quadratic.precision, np.linalg.solve(spread, pi) + quadratic.information
     )
@@ -428,7 +413,7 @@ def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
 def _climb(
     quadratic: Quadratic, mean: Array, precision: Array, theta: Array, tolerance: float
 ) -> tuple[Array, Array]:
-    """Finds the most probable theta and its covariance. The likelihood is quadratic, and the prior normal."""
+    """Finds the most probable theta and its covariance for a quadratic likelihood and a normal prior."""
     H, b = quadratic.precision, quadratic.information
 
     def evaluate(theta: Array) -> tuple[float, Array]:
@@ -444,7 +429,7 @@ def _climb(
         before = cost
         for _ in range(20):
             step = np.linalg.solve(A + np.diag(damping * A.diagonal()), gradient)
-            # Longer steps overflow before they help.
+            # Longer steps may overflow.
             new_cost, new_pi = evaluate(theta - step) if np.abs(step).max() < _LONGEST_STEP else (np.inf, pi)
             if new_cost <= cost:
                 theta, cost, pi, damping = theta - step, new_cost, new_pi, 0.2 * damping

@@ -1,9 +1,8 @@
 """Calibrates gains with a load of known mass.
 
-Centre of mass and moments are estimated, too.
-
-Without a load, gains are estimated, less accurately, from the arm's own weight. With a single weighed load, each
-half's gains are checked by the mass that they give in the other half.
+The load's centre of mass and moments are estimated together with the gains. Without a weighed load, gains are
+estimated less accurately from the arm's own weight. The calibration is checked by identifying the mass in each half
+of the run with the gains from the other half.
 """
 
 from dataclasses import replace
@@ -29,19 +28,19 @@ from affordance.plant.serial_chain import SerialChain
 
 # Relative error of a kitchen scale.
 SCALE_SD = 1e-3
-# SD of a gain of either sign before calibration, as a multiple of the typical ratio of signal to torque.
+# Prior SD of a gain before calibration, about zero, as a multiple of the typical ratio of signal to torque.
 _BROAD = 3.0
-# Relative uncertainty at which a gain counts as unknown.
+# Relative uncertainty above which a gain is unknown.
 _NO_GAIN = 10.0
 _NUM_PASSES = 3
-_FEW = 2000  # number of samples when the halves of a run are compared
-_STEP = 1e-4  # finite-difference step of the gains' derivatives, in standard deviations of the body
+_FEW = 2000  # number of samples for each half of a run
+_STEP = 1e-4  # finite-difference step for derivatives of gains, in standard deviations of the body
 
 
 def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings) -> Gains:
     """Estimates gain and load friction of each joint from a run with a load of known mass, [kg].
 
-    The mass is None if the load is fully known and part of the evidence's tau_arm. The covariance of the gains
+    The mass is None if the load is fully known and included in the evidence's tau_arm. The covariance of the gains
     includes the uncertainty of the load's centre of mass and moments.
     """
     solid = SolidPrior.for_hand()
@@ -70,8 +69,8 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
         )
         fit = fit_payload(evidence, prior, solid, settings)
         found, _ = fit.likelihood.estimate_gains(fit.mode.load)
-        scale = found[:, 0]  # the priors of mu g scale with the gains
-        evidence = fit.evidence  # with the load signs, from which the next fit starts
+        scale = found[:, 0]  # the prior of mu g is proportional to the gain
+        evidence = fit.evidence  # includes signs of load friction as a start
     load = "a known load" if reference_mass is None else f"{reference_mass:g} kg"
     return Gains(
         evidence.channel_names,
@@ -87,7 +86,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
 
 
 def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
-    """Estimates gains from the arm's own weight, to about 20 %. Gains of a light wrist remain undetermined."""
+    """Estimates gains from the arm's own weight, to about 20 %. The gains of a light wrist remain unknown."""
     evidence = build_evidence(
         robot,
         run.source,
@@ -117,7 +116,7 @@ def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings
 
 
 def check_halves(evidence: Evidence, reference_mass: float, settings: IdentificationSettings) -> HalfCheck:
-    """Identifies a weighed load, [kg], from each half of a run. Each half uses the gains of the other half."""
+    """Identifies a weighed load, [kg], from each half of a run, with the gains of the other half."""
     settings = replace(settings, num_samples=min(settings.num_samples, _FEW))
     middle = len(evidence.prepared.times) // 2
     halves = evidence.select(slice(middle)), evidence.select(slice(middle, None))
@@ -137,15 +136,15 @@ def check_halves(evidence: Evidence, reference_mass: float, settings: Identifica
 
 
 def _estimate_friction_sd(fit: PayloadFit) -> Array:
-    """Computes the SDs of friction given load and gains, shape (n, 3)."""
+    """Computes the posterior SDs of friction given load and gains, shape (n, 3)."""
     products = fit.statistics.products[:, FRICTION, FRICTION] / fit.long_run_variance[:, None, None]
-    sd = fit.likelihood.prior.friction_sd  # zero for friction that is switched off
+    sd = fit.likelihood.prior.friction_sd  # zero for friction terms that are not modelled
     covariance = np.linalg.inv(np.eye(3) + sd[:, :, None] * products * sd[:, None, :])
     return sd * np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
 
 
 def _guess_scale(evidence: Evidence, mass: float) -> float:
-    """Guesses the ratio of signal to torque for a point mass at the tip. The result is the median over joints."""
+    """Guesses the ratio of signal to torque, assuming a point mass at the tip, as a median over joints."""
     of_arm = 0.0 if evidence.is_difference else evidence.samples.tau_arm
     torque = of_arm + evidence.samples.Y[..., 0] * mass
     signal = evidence.samples.signal
@@ -154,10 +153,10 @@ def _guess_scale(evidence: Evidence, mass: float) -> float:
 
 
 def _propagate(fit: PayloadFit) -> Array:
-    """Computes the covariance of the gains, including the body's uncertainty."""
+    """Computes the covariance of the gains, including the uncertainty of the body."""
     gain, covariance = fit.likelihood.estimate_gains(fit.mode.load)
     D = compute_jacobian(fit.mode.theta)
-    root = D @ np.linalg.cholesky(fit.mode.covariance)  # each column is one SD of the body
+    root = D @ np.linalg.cholesky(fit.mode.covariance)  # each column is a displacement of the body by one SD
     steps = []
     for column in root.T:
         displaced, _ = fit.likelihood.estimate_gains(fit.mode.load + _STEP * column)
@@ -168,7 +167,7 @@ def _propagate(fit: PayloadFit) -> Array:
 
 
 def _measure_gain_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Computes relative gain errors due to errors of links in the file, shape (n,)."""
+    """Computes relative gain errors due to errors of link masses in the file, shape (n,)."""
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
     torque = samples.tau_arm * samples.used
     square = np.maximum((torque**2).sum(axis=0), np.finfo(float).tiny)

@@ -1,4 +1,4 @@
-"""Infers a payload from the evidence of any analysis, and lists the assumptions."""
+"""Infers a payload from the evidence of a run, and lists the assumptions."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
 _NUM_PRIOR_BODIES = 1000
-_ODD = 0.05  # probability of a run below which the belief gets a note
+_ODD = 0.05  # p-value below which the belief gets a note
 
 
 def infer(
@@ -32,24 +32,23 @@ def infer(
     deviation: float = 0.06,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> PayloadBelief:
-    """Infers the belief about a payload from the evidence of a run.
+    """Infers the posterior of a payload from the evidence of a run.
 
-    If a camera saw another object than the held one, the camera is ignored and a note is added.
+    If the run does not fit the object that a camera saw, the camera is ignored and a note is added.
 
     Args:
         evidence: Evidence of the run, from any analysis.
-        gains: Belief about the joints' gains before this run, drift included.
-        solid: Prior of an unseen body; None for any solid that a hand could hold.
+        gains: Gains before this run, including drift.
+        solid: Prior of an unseen body; None for a broad prior over solids that a hand can hold.
         placed: Object that a camera saw, in the frame of the tip; None without a camera.
         deviation: SD of an object's density about its material's mean, as a fraction of the mean.
-        settings: Settings of identification.
+        settings: Settings of the identification.
 
-    Returns:
-        Belief with samples of the ten inertial parameters in the frame of the tip.
+    Returns: Posterior with samples of the ten inertial parameters in the frame of the tip.
     """
     evidence = replace(evidence, least_variance=np.maximum(evidence.least_variance, gains.least_variance))
     solid = SolidPrior.for_hand() if solid is None else solid
-    # Torques determine the body only up to a factor common to all gains.
+    # Torques determine the body only up to the unknown common factor of all gains.
     felt = solid.with_common_factor(gains.common_sd)
     evidence = add_friction_error(evidence, gains, felt, settings)
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
@@ -96,7 +95,7 @@ def infer(
     except NotTheSeenObjectError as error:
         return replace(belief, notes=(*belief.notes, f"{error}; the camera is ignored"), p_value=error.p_value)
     if parts.p_value < SURPRISE:
-        left_out = "the camera is ignored: with the object that it saw, the run would be too improbable"
+        left_out = "the camera is ignored: the run is too improbable for the object that it saw"
         return replace(belief, notes=(*belief.notes, left_out), p_value=parts.p_value)
     if parts.p_value < _ODD:
         odd = f"p = {parts.p_value:.2g}: few objects that are what they look like would give such an improbable run"
@@ -113,7 +112,7 @@ def infer(
 
 
 def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> tuple[str, ...]:
-    """Lists assumptions about everything but the payload, one sentence each."""
+    """Lists the assumptions about the arm, its signals and their errors, one sentence each."""
     prior = settings.get_prior(evidence.kind)
     unit = evidence.kind.unit
     sentences = [f"signal: {evidence.kind.value.replace('_', ' ')} [{unit}]; {evidence.analysis}"]

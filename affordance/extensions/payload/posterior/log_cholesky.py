@@ -2,9 +2,9 @@
 
     J = m [[S S^T + c c^T, c], [c^T, 1]],    theta = (ln m, c, ln diag S, s12, s13, s23)
 
-with S upper triangular. Every theta is a body of positive mass whose second moments about its centre of mass form a
-positive definite matrix, and every such body has exactly one theta (Rucker & Wensing 2022, IEEE RA-L 7:2932-2939).
-Mass and centre of mass are coordinates themselves, so priors on them are easily stated.
+S is upper triangular. Every theta is a body with positive mass and a positive definite matrix of second moments about
+its centre of mass, and every such body has exactly one theta (Rucker & Wensing 2022, IEEE RA-L 7:2932-2939). Priors
+on mass and centre of mass are easily stated, because both are coordinates.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from affordance.objects.inertia import NUM_PARAMETERS, pseudo_inertia_from_param
 
 _OFF = (np.array([0, 0, 1]), np.array([1, 2, 2]))  # rows and columns of s12, s13, s23
 _DIAGONAL = np.arange(3)
-_ROWS, _COLUMNS = (np.concatenate([_DIAGONAL, off]) for off in _OFF)  # those of ln diag S and s12, s13, s23
+_ROWS, _COLUMNS = (np.concatenate([_DIAGONAL, off]) for off in _OFF)  # rows and columns of ln diag S, s12, s13, s23
 
 
 def parameters_from_theta(theta: Array) -> Array:
@@ -39,7 +39,7 @@ def theta_from_parameters(pi: Array) -> Array:
     m = J[..., 3, 3]
     c = J[..., :3, 3] / m[..., None]
     G = J[..., :3, :3] / m[..., None, None] - c[..., :, None] * c[..., None, :]
-    # S is upper triangular: Cholesky's lower triangle with rows and columns in reverse order.
+    # Reversing rows and columns turns Cholesky's lower triangle into the upper triangle S.
     S = np.linalg.cholesky(G[..., ::-1, ::-1])[..., ::-1, ::-1]
     theta = np.empty(pi.shape)
     theta[..., 0] = np.log(m)
@@ -50,7 +50,7 @@ def theta_from_parameters(pi: Array) -> Array:
 
 
 def thicken(pi: Array) -> Array:
-    """Thickens bodies, (..., 10), by a micrometre. After rounding, even the thinnest then has a positive volume.
+    """Thickens bodies, (..., 10), by a micrometre, so that even the thinnest has a positive volume after rounding.
 
     Bodies of many metres become thicker by more, but by less than a millionth of their size.
     """
@@ -60,9 +60,9 @@ def thicken(pi: Array) -> Array:
 
 
 def compute_jacobian(theta: Array, pi: Array | None = None) -> Array:
-    """Computes the derivative of the ten parameters by theta, shape (10, 10).
+    """Computes the Jacobian of the ten parameters with respect to theta, shape (10, 10).
 
-    ``pi`` holds the parameters at theta, (10,); None to compute them.
+    ``pi`` is the vector of parameters at theta, (10,); None to compute it.
     """
     m, c = np.exp(theta[0]), theta[1:4]
     S = _build_root(theta)
@@ -78,7 +78,7 @@ def compute_jacobian(theta: Array, pi: Array | None = None) -> Array:
 
 
 def is_possible(pi: Array) -> Mask:
-    """Returns True for parameters, (N, 10), with a positive definite pseudo-inertia, (N,)."""
+    """Returns a mask, (N,), that is True for parameters, (N, 10), with a positive definite pseudo-inertia."""
     possible: Mask = np.linalg.eigvalsh(pseudo_inertia_from_parameters(pi))[:, 0] > 0.0
     return possible
 
@@ -91,7 +91,7 @@ def _build_root(theta: Array) -> Array:
 
 
 def _list_moments(G: Array) -> Array:
-    """Computes Ixx, Iyy, Izz, Ixy, Ixz, Iyz from second moments G, shape (..., 3, 3)."""
+    """Computes Ixx, Iyy, Izz, Ixy, Ixz, Iyz from matrices of second moments G, shape (..., 3, 3)."""
     diagonal = G[..., _DIAGONAL, _DIAGONAL]
     moments = diagonal.sum(axis=-1, keepdims=True) - diagonal
     return np.concatenate([moments, -G[..., _OFF[0], _OFF[1]]], axis=-1)

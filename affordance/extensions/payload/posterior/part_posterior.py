@@ -1,10 +1,10 @@
-"""Posterior of a held body with seen parts: their densities, and the unseen rest.
+"""Posterior of the densities of a held object's seen parts, and of its unseen rest.
 
     pi = Phi rho + delta,    delta ~ N(0, C)
 
-with Phi the geometry of the seen parts and delta the discrepancy: a mass of unknown sign (a screw, a cavity) anywhere
-in the box that the parts fill, and errors of their measured geometry. The run is a likelihood of rho like any other,
-so it updates the densities of materials as a simulated hold does. Physically inconsistent samples are discarded.
+Phi is the geometry of the seen parts. The discrepancy delta consists of an unseen mass of either sign (a screw, a
+cavity) anywhere in the parts' bounding box, and of errors of the measured geometry. The run gives a likelihood of
+rho, which updates the densities of materials as a simulated hold does. Physically inconsistent samples are discarded.
 """
 
 from dataclasses import dataclass, replace
@@ -31,19 +31,16 @@ _MAX_BATCHES = 50
 
 @dataclass(frozen=True)
 class SeenObject:
-    """Belief about an object from a camera and a memory of materials."""
+    """Prediction for an object from a camera and a material memory."""
 
-    belief: ObjectBelief  # belief about the object's densities, with its geometry in the tool's frame T
+    belief: ObjectBelief  # densities of the object's parts, with the geometry in the tool's frame T
     parts: tuple[ComponentFeatures, ...]  # features of its parts, in T
-    low: Array  # lower corner of the box that the parts fill, in T, shape (3,), [m]
-    high: Array  # upper corner of the box, in T, shape (3,), [m]
+    low: Array  # lower corner of the parts' bounding box, in T, shape (3,), [m]
+    high: Array  # upper corner of the bounding box, in T, shape (3,), [m]
 
     @cached_property
     def unseen(self) -> Array:
-        """Exact covariance of the parameters of 1 kg (one SD) in the box, (10, 10).
-
-        The mass may be anywhere in the box; the frame is T.
-        """
+        """Covariance of the parameters of a point mass of 1 kg (one SD) anywhere in the box, (10, 10), in T."""
         nodes, weights = np.polynomial.legendre.leggauss(3)
         grid = np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3)
         points = 0.5 * (self.low + self.high) + 0.5 * grid * (self.high - self.low)
@@ -53,7 +50,7 @@ class SeenObject:
         return covariance
 
     def place(self, X_GT: Array) -> "PlacedObject":
-        """Returns the object in another frame G, X_GT of shape (4, 4)."""
+        """Expresses the object in another frame G, with X_GT of shape (4, 4)."""
         to_G = build_transform_map(X_GT)
         geometry = self.belief.geometry
         unseen = to_G @ self.unseen @ to_G.T
@@ -62,23 +59,26 @@ class SeenObject:
 
 
 def add_unseen(geometry: Geometry, unseen: Array, share: float) -> Geometry:
-    """Adds the errors due to unseen mass, with an SD relative to the seen mass.
+    """Adds the discrepancy due to unseen mass to a geometry.
 
-    ``share`` is this ratio. ``unseen`` is the covariance of the parameters of 1 kg (one SD) of unseen mass, (10, 10).
+    Args:
+        geometry: Geometry of the seen parts.
+        unseen: Covariance of the parameters of 1 kg (one SD) of unseen mass, shape (10, 10).
+        share: SD of the unseen mass relative to the seen mass.
     """
     errors = share * factor(unseen).T[:, :, None] * geometry.Phi[0]  # each column of the root is an independent error
     return Geometry(geometry.Phi, np.concatenate([geometry.Phi_errors, errors]))
 
 
 class NotTheSeenObjectError(AffordanceError):
-    """Error if no densities of the seen parts explain the load.
+    """No densities of the seen parts explain the load.
 
     Attributes:
-        p_value: Probability, under the prior, of a run at least as improbable as this one.
+        p_value: Probability, under the prior, of a run at least as improbable as this run.
     """
 
     def __init__(self, num_possible: int, num_tried: int, p_value: float) -> None:
-        """Stores the arguments, which pickling between processes needs."""
+        """Passes all arguments on, so that the error can be pickled between processes."""
         super().__init__(num_possible, num_tried, p_value)
         self.p_value = p_value
 
@@ -91,11 +91,11 @@ class NotTheSeenObjectError(AffordanceError):
 class PlacedObject(NamedTuple):
     """Seen object in the frame of the tip."""
 
-    belief: ObjectBelief  # belief about the object's densities, with its geometry in the frame of the tip
-    unseen: Array  # covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, (10, 10)
+    belief: ObjectBelief  # densities of the object's parts, with the geometry in the frame of the tip
+    unseen: Array  # covariance of the parameters of 1 kg (one SD) anywhere in the box, shape (10, 10)
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int, share: float) -> Array:
-        """Draws physically consistent bodies from the prior, (N, 10). N is at most ``num_samples``."""
+        """Draws physically consistent bodies from the prior, at most ``num_samples``, shape (N, 10)."""
         rho = self.belief.densities.draw_samples(rng, num_samples)
         geometry = add_unseen(self.belief.geometry, self.unseen, share)
         root = factor(geometry.compute_covariance(self.belief.densities.compute_mean()))
@@ -108,10 +108,10 @@ class PartPosterior(NamedTuple):
     """Posterior of a seen object after a run."""
 
     bodies: WeightedBodies  # samples of the ten parameters
-    belief: ObjectBelief  # belief about the object, with an updated memory of all materials
-    likelihood: Likelihood  # likelihood of the densities, for callers that keep beliefs of their own
+    belief: ObjectBelief  # densities of the object's parts, with an updated memory of all materials
+    likelihood: Likelihood  # likelihood of the densities, for callers with their own priors
     felt: Quadratic  # quadratic log likelihood of the ten parameters at the tip, without the unseen mass
-    p_value: float  # probability, under the prior, of a run at least as improbable as this one
+    p_value: float  # probability, under the prior, of a run at least as improbable as this run
 
 
 def infer_parts(
@@ -124,15 +124,15 @@ def infer_parts(
     rng: np.random.Generator,
     num_samples: int,
 ) -> PartPosterior:
-    """Infers body and densities of a seen object from a run, by Bayes' rule.
+    """Infers body and densities of a seen object from a run with Bayes' rule.
 
     Args:
         likelihood: Likelihood of body and load in the run.
         placed: Object that a camera saw, in the frame of the tip.
         deviation: SD of an object's density about its material's mean, as a fraction of the mean.
         unseen_share: SD of the unseen mass, as a fraction of the object's mass.
-        common_gain_sd: Relative SD of a factor common to all gains, which is treated to first order.
-        rng: Random numbers.
+        common_gain_sd: Relative SD of a factor common to all gains, treated to first order.
+        rng: Random generator.
         num_samples: Number of samples of the body.
 
     Raises:
@@ -161,7 +161,7 @@ def infer_parts(
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
     if len(pi) < num_samples:
         raise NotTheSeenObjectError(len(pi), num_tried, p_value)
-    # Weights correct the quadratic approximation, which remains uncorrected if a common factor of gains is uncertain.
+    # Weights correct the quadratic approximation, except if a common factor of the gains is uncertain.
     log_weights = np.zeros(len(pi))
     if common_gain_sd == 0.0:
         log_weights = of_body.compute(pi, of_body.draw_normals(rng, len(pi))) - of_body.of_body.evaluate(pi)
@@ -172,9 +172,9 @@ def infer_parts(
 def _draw(
     quadratic: Quadratic, belief: ObjectBelief, discrepancy: Array, rng: np.random.Generator, num_samples: int
 ) -> tuple[Array, int]:
-    """Draws densities, then the unseen rest given these. Returns the bodies and the number of draws.
+    """Draws densities and, given these, the unseen rest.
 
-    At most ``num_samples`` bodies are returned, shape (N, 10).
+    Returns: At most ``num_samples`` consistent bodies, shape (N, 10), and the number of draws.
     """
     root = factor(discrepancy)
     inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ quadratic.precision @ root)

@@ -1,4 +1,4 @@
-"""Belief about a held body after a run, and its undetermined quantities."""
+"""Summarises the posterior of a payload, including the quantities that the run did not determine."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,9 +23,9 @@ MASS, COM, MOMENTS = slice(0, 1), slice(1, 4), slice(4, 7)
 
 
 class Marginals(NamedTuple):
-    """Marginals of mass, centre of mass and moments of inertia about it, (10,) each.
+    """Marginals of mass, centre of mass and moments about the centre of mass, (10,) each.
 
-    Entries are in the order of QUANTITIES, [kg, m, kg m^2]; products of inertia are -integral(x y dm).
+    Entries have the order of QUANTITIES, [kg, m, kg m^2]. Products of inertia are -integral(x y dm).
     """
 
     mean: Array
@@ -37,30 +37,30 @@ class Marginals(NamedTuple):
 
 
 def describe_bodies(pi: Array) -> Array:
-    """Computes mass, centre of mass and moments about it from pi, (N, 10). The order is as in QUANTITIES."""
+    """Computes mass, centre of mass and moments about it from pi, (N, 10), in the order of QUANTITIES."""
     m, c = pi[:, 0], pi[:, 1:4] / pi[:, :1]
     return np.column_stack([m, c, pi[:, 4:] - m[:, None] * compute_point_parameters(c)[:, 4:]])
 
 
 def summarise(values: Array, weights: Array) -> Marginals:
-    """Computes the marginals of samples, (N, 10), with weights, (N,)."""
+    """Computes the marginals of weighted samples, (N, 10), with weights, (N,)."""
     mean = weights @ values
     sd = np.sqrt(weights @ (values - mean) ** 2)
     order = np.argsort(values, axis=0)
     quantiles = np.empty((4, values.shape[1]))
     for i in range(values.shape[1]):
         share = weights[order[:, i]]
-        # Each sample is placed at the middle of its share of the distribution.
+        # The quantile of a sample is the middle of its share of the cumulative distribution.
         quantiles[:, i] = np.interp([0.05, 0.25, 0.75, 0.95], np.cumsum(share) - 0.5 * share, values[order[:, i], i])
     return Marginals(mean, sd, quantiles[1], quantiles[2], quantiles[0], quantiles[3])
 
 
-# A quantity is undetermined if its SD exceeds this share of its prior SD.
+# A quantity is undetermined if its posterior SD exceeds this share of its prior SD.
 UNSEEN = 0.8
 
 
 def find_hidden_direction(bodies: Array, weights: Array, prior_bodies: Array) -> Array | None:
-    """Finds a direction in which a run hardly locates the centre of mass, (3,).
+    """Finds a direction along which a run hardly determines the centre of mass, (3,).
 
     Args:
         bodies: Samples of the ten parameters, shape (N, 10).
@@ -89,11 +89,11 @@ def describe_unseen(
     is_at_rest: bool,
     direction: Array | None,
 ) -> Iterator[str]:
-    """Describes the undetermined quantities, one sentence each.
+    """Describes the quantities that the run did not determine, one sentence each.
 
     Args:
         m: Marginals after the run.
-        share: Standard deviations as shares of the prior's, shape (10,).
+        share: Posterior SDs divided by prior SDs, shape (10,).
         hidden: Names, as in QUANTITIES, of the undetermined quantities.
         prior_bodies: Samples of the prior, shape (M, 10).
         is_light: True if little or nothing is held.
@@ -104,7 +104,7 @@ def describe_unseen(
         of_part = [i for i in range(part.start, part.stop) if QUANTITIES[i] in hidden]
         if part is COM and direction is not None and len(of_part) < 3:
             x, y, z = direction
-            yield f"centre of mass along ({x:.2f}, {y:.2f}, {z:.2f}): the run shows nothing"
+            yield f"centre of mass along ({x:.2f}, {y:.2f}, {z:.2f}): not determined by the run"
         if not of_part:
             continue
         worst = max(of_part, key=lambda i: share[i])
@@ -127,21 +127,21 @@ def describe_unseen(
         yield f"{name} ({', '.join(QUANTITIES[i] for i in of_part)}): {reason} ({ranges})"
 
 
-# A positive quantity is also undetermined if its SD exceeds this share of its mean.
+# A positive quantity is also undetermined if its SD exceeds this share of its posterior mean.
 _VAGUE = 0.4
-# Little is held, whatever it is, if the 90 % interval of the mass ends below this quantile of the prior.
+# The load is light if the 90 % interval of the mass ends below this quantile of the prior.
 _LIGHT = 0.25
-# SD of a seen object's centre of mass, [m], and SDs of its mass and moments as shares of their means, below which
-# they count as known in any case.
+# SD of a seen object's centre of mass, [m], and SDs of mass and moments relative to their means, below which they
+# count as determined in any case.
 _SHARP, _SHARP_SHARE = 0.005, 0.1
 _OF_COM = np.isin(np.arange(len(QUANTITIES)), np.r_[COM])
 _FEW_SAMPLES = 100.0  # effective sample size below which the tails of an interval are unreliable
-# Probability below which an object is not what it looks like.
+# p-value below which an object is not what it looks like.
 SURPRISE = 0.001
 
 
 class LearnedDensity(NamedTuple):
-    """Density of a material according to a memory after a run."""
+    """Density of a material after a run, according to the updated memory."""
 
     colour: tuple[float, float, float]  # colour of the material, red, green and blue in [0, 1]
     median: float  # median, [kg/m^3]
@@ -149,9 +149,9 @@ class LearnedDensity(NamedTuple):
 
 
 class HalfCheck(NamedTuple):
-    """Masses from both halves of a run, with gains of the other half.
+    """Masses identified in both halves of a run, each with the gains from the other half.
 
-    Arrays have shape (2,) and are in order of time.
+    Arrays have shape (2,), in order of time.
     """
 
     mass: Array  # means of the mass, [kg]
@@ -168,29 +168,29 @@ class PayloadBelief:
     Attributes:
         source: File of the run.
         analysis: Treatment of the empty arm, in words.
-        bodies: Weighted samples of the ten parameters (mass, first moment, moments and products of inertia about To,
-            expressed in T), each physically consistent.
+        bodies: Weighted, physically consistent samples of the ten parameters: mass, first moment, and moments and
+            products of inertia about To, expressed in T.
         prior_bodies: Samples of the prior, shape (N, 10).
         channel_names: Names of the joints, or of the components of the wrench.
         unit: Unit of the signal.
         gains: Posterior means of g and h = mu g of each channel, shape (C, 2).
         load_friction: Load friction mu of each channel, shape (C,).
-        noise_sd: Standard deviation of the residual of a sample, shape (C,), in the signal's unit.
+        noise_sd: Standard deviation of the residual per sample, shape (C,), in the signal's unit.
         agreement: Correlation time of the errors, shape (C,), [s].
         assumptions: Assumptions, one sentence each.
         notes: Findings of the analysis, one sentence each.
         fit: Fit of the run, for figures and checks.
-        calibration: Gains calibrated in this run with a weighed load; None if they come from elsewhere.
+        calibration: Gains calibrated in this run with a weighed load; None if they were given or estimated.
         reference_mass: Weighed mass of the load, [kg]; None if unknown.
-        halves: Check of that calibration with both halves of the run; None without a calibration.
+        halves: Check of the calibration with both halves of the run; None without a calibration.
         seen: Posterior of the parts that a camera saw, with an updated memory; None without a camera.
-        likelihood: Likelihood of the densities of those parts; None without a camera.
+        likelihood: Likelihood of the densities of these parts; None without a camera.
         felt: Quadratic log likelihood of the ten parameters, without mass that the camera does not see; None without
             a camera.
         p_value: Probability of a run at least as improbable if the object is what it looks like; None without a
             camera.
-        doubts: Reasons not to trust the result, one sentence each; empty if there are none.
-        advice: Recording that would show the mass, in words; empty if the run showed it.
+        doubts: Reasons not to trust the result, one sentence each; empty without any.
+        advice: Recording that would identify the mass, in words; empty if this run identified it.
         tip: Name of the frame T.
 
     Example:
@@ -242,20 +242,20 @@ class PayloadBelief:
 
     @cached_property
     def parameters(self) -> Array:
-        """Mean of the ten parameters, shape (10,), which is physically consistent itself."""
+        """Posterior mean of the ten parameters, shape (10,), which is physically consistent."""
         mean: Array = self.bodies.weights @ self.bodies.pi
         return mean
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the ten parameters, shape (10, 10)."""
+        """Posterior covariance of the ten parameters, shape (10, 10)."""
         away = self.bodies.pi - self.parameters
         covariance: Array = (away * self.bodies.weights[:, None]).T @ away
         return covariance
 
     @cached_property
     def marginals(self) -> Marginals:
-        """Marginals of mass, centre of mass and moments of inertia about it."""
+        """Marginals of mass, centre of mass and moments about the centre of mass."""
         return summarise(describe_bodies(self.bodies.pi), self.bodies.weights)
 
     @property
@@ -280,9 +280,9 @@ class PayloadBelief:
 
     @property
     def setting(self) -> PayloadSetting | None:
-        """Payload setting for a controller; None if the run shows no mass.
+        """Payload setting for a controller; None if the run does not identify the mass.
 
-        Moments that the run did not show are left out.
+        Moments that the run does not determine are left out.
         """
         if self.hidden & set(QUANTITIES[MASS]):
             return None
@@ -293,7 +293,7 @@ class PayloadBelief:
 
     @property
     def learned(self) -> tuple[LearnedDensity, ...]:
-        """Densities of the materials in the seen object, after the run. The tuple is empty without a camera."""
+        """Densities of the seen object's materials after the run; empty without a camera."""
         if self.seen is None:
             return ()
         low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
@@ -310,55 +310,49 @@ class PayloadBelief:
 
     @property
     def teaches(self) -> bool:
-        """True if a memory should learn from the run. The run is trusted, and the object is what it looks like."""
+        """True if a memory should learn from the run: it is trusted, and the object is what it looks like."""
         return self.is_trusted and self.seen is not None and (self.p_value is None or self.p_value >= SURPRISE)
 
     @cached_property
     def hidden(self) -> frozenset[str]:
         """Names of the undetermined quantities, as in QUANTITIES."""
         m = self.marginals
-        is_vague = (m.sd > _VAGUE * m.mean) & ~_OF_COM  # known only to a factor; products are not considered
+        is_vague = (m.sd > _VAGUE * m.mean) & ~_OF_COM  # products of inertia may be zero
         is_hidden = (self._share_of_prior > UNSEEN) | is_vague
-        if self.seen is not None:  # whose prior leaves little open
+        if self.seen is not None:  # the prior of a seen object is narrow
             is_hidden &= m.sd > np.where(_OF_COM, _SHARP, _SHARP_SHARE * np.abs(m.mean))
         if self.calibration is not None:
-            is_hidden[MASS] = False  # the scale determined the mass
+            is_hidden[MASS] = False  # a scale determined the mass
         return frozenset(name for name, hidden in zip(QUANTITIES[: MOMENTS.stop], is_hidden, strict=False) if hidden)
 
     @property
     def is_light(self) -> bool:
-        """True if the mass is known to be small, but not how small.
-
-        The reference is any load that a hand could hold.
-        """
+        """True if the mass is small compared with its prior, with a large relative uncertainty."""
         is_small = self.marginals.high90[0] < np.quantile(self.prior_bodies[:, 0], _LIGHT)
         return bool(is_small) and not self.hidden.isdisjoint(QUANTITIES[MASS])
 
     @property
     def shows_mass(self) -> bool:
-        """True if the run shows the mass, or that it is little or nothing."""
+        """True if the run determines the mass, or shows that little or nothing is held."""
         return self.is_light or self.hidden.isdisjoint(QUANTITIES[MASS])
 
     @cached_property
     def _share_of_prior(self) -> Array:
-        """Standard deviations as shares of the prior's, shape (10,)."""
+        """Posterior SDs divided by prior SDs, shape (10,)."""
         prior_sd = describe_bodies(self.prior_bodies).std(axis=0)
         share: Array = self.marginals.sd / np.maximum(prior_sd, np.finfo(float).tiny)
         return share
 
     @cached_property
     def hidden_direction(self) -> Array | None:
-        """Direction in T in which postures leave the centre of mass undetermined, (3,).
-
-        None if there is no such direction.
-        """
+        """Direction in T along which postures leave the centre of mass undetermined, (3,); None without one."""
         if not self.fit.evidence.is_at_rest or self.seen is not None:
             return None
         return find_hidden_direction(self.bodies.pi, self.bodies.weights, self.prior_bodies)
 
     @cached_property
     def unseen(self) -> tuple[str, ...]:
-        """Quantities that this motion leaves undetermined, one sentence each."""
+        """Quantities that this run leaves undetermined, one sentence each."""
         return tuple(
             describe_unseen(
                 self.marginals,
@@ -388,7 +382,7 @@ class PayloadBelief:
         return tuple(sentences)
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns all results as plain numbers and texts for JSON. Results are in SI units, at the tip."""
+        """Converts all results to plain numbers and texts for JSON, in SI units at the tip."""
         m, moments = self.marginals, slice(4, 10)
         pairs50, pairs90 = np.column_stack([m.low50, m.high50]), np.column_stack([m.low90, m.high90])
         content: dict[str, Any] = {

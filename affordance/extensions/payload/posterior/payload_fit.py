@@ -1,4 +1,4 @@
-"""Fits the most probable payload and the noise variance of a run, in turns."""
+"""Fits the most probable payload and the noise variances of a run alternately."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -25,25 +25,26 @@ from affordance.extensions.payload.posterior.log_cholesky import compute_jacobia
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 
-# Number of draws of the error variances over which a posterior is averaged, and their places among all.
+# Number of error variances over which a posterior is averaged, and their cumulative probabilities.
 _NUM_VARIANTS = 8
 _MIDDLES = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
 _MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
-# Tolerances of a relative change of a variance, and of a change of the body in squared standard deviations.
+# Tolerances: relative change of a variance, and change of the body in squared standard deviations.
 _VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
-# Candidates for the variance of a wrist sensor's gains relative to the stated one, even in the logarithm.
+# Candidates for the variance of a wrist sensor's gains relative to the stated variance, evenly spaced in log.
 _SPREADS = np.geomspace(0.0025, 2500.0, 400)
-# Least gain of the log probability for which the second of two starts is used; results of one optimum differ by less.
+# Least increase of the log probability for using the second of two starts. Smaller differences are within the
+# tolerance of one optimum.
 _CLEARLY = 1.0
-# Relative SD of a gain's change that leaves the estimate to the data, and finite-difference step of that estimate's
-# derivatives, in standard deviations of the load. Bound below which n - 2 counts as this number.
+# Relative SD of a gain's change that makes its prior uninformative; finite-difference step for the derivatives of the
+# estimate, in standard deviations of the load; and lower bound of n - 2.
 _FREE, _STEP, _LEAST_FREEDOM = 10.0, 1e-4, 0.1
 
 
 class PayloadFit(NamedTuple):
-    """Fit of a run."""
+    """Fit of the most probable payload to a run."""
 
-    evidence: Evidence  # evidence of the run, with the load signs of the fitted payload
+    evidence: Evidence  # evidence of the run, with the signs of load friction of the fitted payload
     statistics: JointStatistics  # sums over the evidence
     likelihood: PayloadLikelihood  # likelihood of the ten parameters
     mode: Mode  # most probable body
@@ -52,9 +53,9 @@ class PayloadFit(NamedTuple):
 
 
 def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
-    """Builds the prior of all unknowns but the payload. Gains include drift."""
+    """Builds the prior of all unknowns except the payload, from gains that include drift."""
     friction_sd = evidence.list_friction_sds(settings)
-    # Calibrated friction does not apply if another run was subtracted.
+    # Calibrated friction does not apply to the difference of two runs.
     carried = None if evidence.is_difference else gains.friction_sd
     return ChannelPrior(
         gains.mean,
@@ -72,11 +73,11 @@ def build_channel_prior(evidence: Evidence, gains: Gains, settings: Identificati
 def fit_payload(
     evidence: Evidence, prior: ChannelPrior, solid: SolidPrior, settings: IdentificationSettings
 ) -> PayloadFit:
-    """Fits the most probable body, its load signs, and the noise variances.
+    """Fits the most probable body, the signs of load friction, and the noise variances.
 
-    The fit may stop at a false optimum where a channel's variance is as large as its signal and the gain of another
-    is many standard deviations off. It therefore also starts from the load that the mean gains imply. The result of
-    this second start is used if it is more probable even with the variances of the first.
+    The fit may stop at a false optimum where one channel's variance is as large as its signal and another channel's
+    gain is many standard deviations from its prior. It therefore also starts from the load that the mean gains imply.
+    The result of this second start is used if it is more probable even with the variances of the first.
 
     Raises:
         BadValueError: No joint moves fast enough for a sample to be used.
@@ -107,7 +108,7 @@ def fit_payload(
 
 
 def _measure(likelihood: PayloadLikelihood, mode: Mode, solid: SolidPrior) -> float:
-    """Computes the log probability of a body and its phantom, up to a constant."""
+    """Computes the log probability of a body and its phantom payload, up to a constant."""
     phantom = mode.load - mode.pi
     of_phantom = phantom @ np.linalg.pinv(likelihood.prior.phantom_covariance) @ phantom
     of_body = solid.compute_log_density(mode.theta[None])[0]
@@ -115,9 +116,10 @@ def _measure(likelihood: PayloadLikelihood, mode: Mode, solid: SolidPrior) -> fl
 
 
 def measure_axes(fit: PayloadFit) -> tuple[Array, Array]:
-    """Estimates a wrist sensor's force scale along each axis, relative to the load. The load is the fitted one.
+    """Estimates a wrist sensor's force scale along each axis, relative to the fitted load.
 
-    The scale is the slope of measured over predicted force, with an offset. The prior of the gains is not used.
+    The scale is the slope of a regression of measured on predicted force, with an offset and without the prior of the
+    gains.
 
     Returns: The scales and their standard errors, shape (3,) each.
     """
@@ -129,18 +131,16 @@ def measure_axes(fit: PayloadFit) -> tuple[Array, Array]:
 
 
 def spread_gains(fit: PayloadFit) -> Array:
-    """Infers the spread of a wrist sensor's gains from differences between axes.
+    """Infers the variance of a wrist sensor's gains from differences between its axes.
 
-    Axes may disagree about the weight of the load.
-
-    The variance of a gain about the common factor has a scaled inverse chi-squared prior. The stated variance counts
-    as much as one gain. Scales of forces are normal about their mean, with this variance plus the variance of their
-    errors. Three axes show the variance poorly: the posterior of the load is averaged over it.
+    The variance of a gain about the common factor has a scaled inverse chi-squared prior, in which the stated
+    variance counts as one gain. Force scales are normal about their mean, with this variance plus their error
+    variance. Three axes give an uncertain variance, so the posterior of the load is averaged over it.
 
     Args:
         fit: Fit with the stated gains.
 
-    Returns: Quantiles of the variance relative to the stated one, all equally probable, shape (_NUM_VARIANTS,); ones
+    Returns: Equally probable quantiles of the variance relative to the stated variance, shape (_NUM_VARIANTS,); ones
         without a wrist sensor.
     """
     if fit.evidence.kind is not SignalKind.WRENCH:
@@ -156,18 +156,17 @@ def spread_gains(fit: PayloadFit) -> Array:
 
 
 def vary_unknowns(fit: PayloadFit, spreads: Array, settings: IdentificationSettings) -> list[PayloadLikelihood]:
-    """Builds likelihoods with variances drawn from their uncertainty after the run.
+    """Builds likelihoods with error and gain variances drawn from their posterior.
 
-    Variances of errors and of gains are drawn.
-
-    A variance that was estimated from n errors is its estimate times n over a chi-squared variable with n degrees of
-    freedom. Each channel has each quantile once, in its own random order (a Latin hypercube). Fewer than one error
-    counts as one, because quantiles would be unbounded. At rest Student's t widens these errors elsewhere.
+    A variance estimated from n errors is its estimate times n over a chi-squared variable with n degrees of freedom.
+    Each channel has each quantile once, in its own random order (a Latin hypercube). n is at least one, because
+    quantiles would otherwise be unbounded. Errors of postures are not varied here, because they are widened with
+    Student's t elsewhere.
 
     Args:
         fit: Fit of the run.
-        spreads: Factors of the covariances of gains, one for each likelihood, shape (_NUM_VARIANTS,).
-        settings: Settings of identification.
+        spreads: Factors of the gain covariances, one per likelihood, shape (_NUM_VARIANTS,).
+        settings: Settings of the identification.
     """
     freedom = np.maximum(fit.evidence.build_error_model(settings).count_freedom(fit.statistics, fit.weights), 1.0)
     rng, prior = np.random.default_rng(0), fit.likelihood.prior
@@ -184,13 +183,13 @@ def vary_unknowns(fit: PayloadFit, spreads: Array, settings: IdentificationSetti
 
 
 def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: IdentificationSettings) -> tuple[Array, Array]:
-    """Estimates each gain's change since the subtracted run by the data alone. No prior shrinks it.
+    """Estimates each gain's change since the subtracted run, without a prior on the change.
 
-    Body and variances are fitted again, with changes of any size. The errors of the changes are conditional errors
-    for a given load, plus errors due to the uncertainty of body and phantom payload. A variance that was estimated
-    from n errors is multiplied by n / (n - 2), as for Student's t, unless earlier runs bound it.
+    Body and variances are fitted again together with the changes. The errors of the changes include the uncertainty
+    of body and phantom payload. A variance estimated from n errors is multiplied by n / (n - 2), as for Student's t,
+    unless earlier runs give a lower bound.
 
-    Returns: The relative changes, shape (C,), and the covariance that errors and usual changes give them, (C, C).
+    Returns: The relative changes, shape (C,), and the covariance, (C, C), expected from errors and usual changes.
     """
     prior, statistics = fit.likelihood.prior, fit.statistics
     num, gain = statistics.num_channels, np.where(prior.gain[:, 0] == 0.0, np.inf, prior.gain[:, 0])
@@ -201,7 +200,7 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
     freedom = errors.count_freedom(statistics, weights)
     widening = freedom / np.maximum(freedom - 2.0, _LEAST_FREEDOM)
     variance = variance * np.where(errors.least_variance > 0.0, 1.0, widening)
-    # Columns of g, h, friction, rotor inertia and change at the most probable load.
+    # Regressor columns of g, h, friction, rotor inertia and change at the most probable load.
     columns, half = np.zeros((NUM_COLUMNS, 7)), LOAD.stop // 2
     columns[1:half, 0] = columns[half + 1 : LOAD.stop, 1] = mode.load + prior.phantom
     columns[[*range(FRICTION.start, FRICTION.stop), ROTOR, ARM], range(2, 7)] = 1.0
@@ -225,17 +224,20 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
 def add_friction_error(
     evidence: Evidence, gains: Gains, solid: SolidPrior, settings: IdentificationSettings
 ) -> Evidence:
-    """Adds errors of the friction model to a pair's evidence, as a phantom payload. The errors do not average out.
+    """Adds errors of the friction model, as a phantom payload, to the evidence of a pair of runs.
 
-    No model of friction is right. One standard deviation of a joint's error is taken to be the whole effect of its
-    friction: the change of the most probable load if the joint is assumed to have none. Joints err independently.
+    No friction model is exact. One standard deviation of a joint's error is assumed to be the whole effect of its
+    friction: the change of the most probable load if the joint has no friction. Errors of joints are independent and
+    do not average out.
 
-    Errors are added only for a repeated motion. Errors of a fitted arm are measured and include friction, and the arm
-    of a file makes no sense without friction. Errors are not added if the gains come from the arm's own weight:
-    without friction these gains would differ, and change the load by as much as the load itself. The returned
-    evidence has the load signs of the payload that fits without these errors, as a start for the next fit.
+    Errors are added only for a repeated motion. The measured errors of a fitted arm already include friction, and an
+    arm modelled from its file is invalid without friction. Errors are not added if the gains come from the arm's own
+    weight, because without friction these gains, and thus the load, would change by as much as the load itself.
+
+    Returns: Evidence with these errors, and with the signs of load friction of the payload fitted without them, as a
+        start for the next fit.
     """
-    if evidence.is_at_rest:  # friction has no direction at rest, and its errors are part of the residual
+    if evidence.is_at_rest:  # friction has no direction at rest, and is part of the residual
         return evidence
     if not (evidence.is_repeated and settings.floor) or gains.is_by_weight:
         return evidence
@@ -260,13 +262,18 @@ def fit_statistics(
     solid: SolidPrior,
     start: Array | None = None,
 ) -> tuple[PayloadLikelihood, Mode, Array, Array]:
-    """Fits the most probable body and the noise variances in turns, to a fixed point.
+    """Fits the most probable body and the noise variances alternately until both are stable.
 
-    The iteration starts from the theta ``start`` or, if that is None, from a guess.
+    Args:
+        statistics: Sums of products of the run.
+        errors: Error model.
+        prior: Prior of all unknowns except the payload.
+        solid: Prior of the body.
+        start: Theta at which the iteration starts; None to guess it.
 
     Returns: Likelihood, most probable body, long-run variance of each channel, and weights of the residual.
     """
-    # Initially a tenth of the signal is taken as error, correlated by the filter alone.
+    # Initially the error is a tenth of the signal, correlated by the filter alone.
     square = statistics.products[:, SIGNAL, SIGNAL] / np.maximum(statistics.counts, 1.0)
     least = np.maximum(errors.least_variance, np.finfo(float).tiny)
     likelihood = PayloadLikelihood(statistics, prior, np.maximum(0.01 * square * errors.alike, least))

@@ -1,7 +1,7 @@
-"""Prior of an unseen held body: any solid that a hand could hold.
+"""Prior of an unseen held body: any solid that a hand can hold.
 
-The prior is a mixture of normal distributions of the log-Cholesky coordinates, one fitted to each of four kinds of
-random solids.
+The prior is a mixture of four normal distributions of log-Cholesky coordinates. Each is fitted to random solids of
+one kind.
 """
 
 from dataclasses import dataclass
@@ -13,26 +13,26 @@ from affordance.arrays import Array
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta, theta_from_parameters, thicken
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 
-# All sizes and densities are log-uniform, all orientations uniform:
+# Sizes and densities are log-uniform, orientations uniform:
 # - assemblies of one to three boxes, with edges of 1 to 30 cm and densities of 100 to 8000 kg/m^3 (foam to steel, a
-#   pen to a drawer), within 15 cm (one SD) of the tip and 7 cm of one another;
+# pen to a drawer), within 15 cm (one SD) of the tip and 7 cm of one another;
 # - compact boxes with edges of 2 to 20 cm, within 10 cm of the tip;
 # - rods of 8 to 80 cm, 3 to 25 mm in radius, held anywhere along their length within 4 cm of the tip;
-# - handles of 8 to 50 cm with a head of any share of the mass and edges of 1 to 30 cm, held in the half away from the
-#   head: hammers, ladles, pans and brushes.
+# - handles of 8 to 50 cm with a head that has any share of the mass and edges of 1 to 30 cm, held in the half away
+# from the head: hammers, ladles, pans and brushes.
 _ASSEMBLY_EDGES, _DENSITIES = (0.01, 0.30), (100.0, 8000.0)
 _REACH_SD, _SPREAD_SD = 0.15, 0.07
 _COMPACT_EDGES, _COMPACT_SD = (0.02, 0.20), 0.10
 _ROD_LENGTHS, _ROD_RADII, _HELD_SD = (0.08, 0.80), (0.003, 0.025), 0.04
 _HANDLE_LENGTHS, _HANDLE_RADII, _HEAD_EDGES = (0.08, 0.50), (0.005, 0.02), (0.01, 0.30)
-# Masses from a pencil case to the payload of a large robot, [kg].
+# Range of masses, from a pencil case to the payload of a large robot, [kg].
 _MASSES = (0.02, 10.0)
 _NUM_SOLIDS = 4000  # number of random solids of each kind
 
 
 @dataclass(frozen=True)
 class Normals:
-    """K normal distributions of a vector of D numbers."""
+    """K normal distributions of a vector with D entries."""
 
     means: Array  # means, shape (K, D)
     covariances: Array  # covariances, shape (K, D, D)
@@ -51,19 +51,19 @@ class Normals:
 
     @cached_property
     def log_scales(self) -> Array:
-        """Logarithms of the densities at the means, shape (K,). Powers of 2 pi are left out."""
+        """Log densities at the means, shape (K,), without powers of 2 pi."""
         scales: Array = -np.log(np.diagonal(self.roots, axis1=1, axis2=2)).sum(axis=1)
         return scales
 
     @cached_property
     def _whitening(self) -> tuple[Array, Array]:
-        """Inverse roots of all distributions side by side, (D, K D), and whitened means, (K D,)."""
+        """Inverse roots of all distributions, concatenated, (D, K D), and whitened means, (K D,)."""
         num, size = self.means.shape
         inverse = np.linalg.inv(self.roots)
         return inverse.reshape(num * size, size).T, (inverse @ self.means[..., None]).ravel()
 
     def measure_squares(self, points: Array) -> Array:
-        """Computes squared Mahalanobis distances of points, (N, D), shape (N, K)."""
+        """Computes squared Mahalanobis distances, (N, K), of points, (N, D)."""
         num, size = self.means.shape
         whitening, origin = self._whitening
         away = points @ whitening - origin
@@ -73,7 +73,7 @@ class Normals:
 
 
 def add_logs(logs: Array) -> Array:
-    """Computes log-sum-exp over K terms, (N, K), several times faster than NumPy. The result is (N,)."""
+    """Computes log-sum-exp over K terms, (N, K) to (N,), several times faster than NumPy."""
     most = logs.max(axis=1)
     total: Array = most + np.log(np.exp(logs - most[:, None]).sum(axis=1))
     return total
@@ -81,7 +81,7 @@ def add_logs(logs: Array) -> Array:
 
 @dataclass(frozen=True)
 class SolidPrior:
-    """Mixture of normal distributions of theta (see log_cholesky). Samples are physically consistent bodies."""
+    """Mixture of normal distributions of theta (see log_cholesky). All samples are physically consistent."""
 
     kinds: Normals  # distribution of theta for each of K kinds of solids
     shares: Array  # probability of each kind, shape (K,); they sum to one
@@ -89,12 +89,12 @@ class SolidPrior:
     @classmethod
     @cache
     def for_hand(cls) -> "SolidPrior":
-        """Returns the prior of any solid that a hand could hold."""
+        """Returns the prior of any solid that a hand can hold."""
         return cls.from_samples(*_draw_random_solids(np.random.default_rng(0)))
 
     @classmethod
     def from_samples(cls, *kinds: Array) -> "SolidPrior":
-        """Fits the prior to samples of equally probable kinds of bodies, (N, 10) each. N must be well above 10.
+        """Fits the prior to samples of equally probable kinds of bodies, (N, 10) each, with N much larger than 10.
 
         Raises:
             numpy.linalg.LinAlgError: A body is not physically consistent.
@@ -106,10 +106,7 @@ class SolidPrior:
         )
 
     def with_mass(self, mass: float, sd: float) -> "SolidPrior":
-        """Returns the prior of a weighed body.
-
-        The prior is conditioned on the mass with a standard deviation, [kg].
-        """
+        """Conditions the prior on a weighed mass, [kg], with a standard deviation, [kg]."""
         means, C = self.kinds.means, self.kinds.covariances
         away, variance = np.log(mass) - means[:, 0], C[:, 0, 0]
         gain = C[:, 0] / variance[:, None]
@@ -119,13 +116,13 @@ class SolidPrior:
         return SolidPrior(kinds, shares / shares.sum())
 
     def with_common_factor(self, sd: float) -> "SolidPrior":
-        """Returns the prior of a body times an unknown factor. The log of the factor is normal with the given SD."""
+        """Multiplies the body by an unknown factor, whose log is normal with the given SD."""
         covariances = np.array(self.kinds.covariances)
         covariances[:, 0, 0] += sd**2
         return SolidPrior(Normals(self.kinds.means, covariances), self.shares)
 
     def remove_common_factor(self, pi: Array, sd: float, rng: np.random.Generator) -> Array:
-        """Draws bodies without the unknown common factor, from bodies with it, (N, 10)."""
+        """Draws bodies without the unknown common factor, given bodies with it, (N, 10)."""
         if sd == 0.0:
             return pi
         widened = self.with_common_factor(sd)
@@ -133,7 +130,7 @@ class SolidPrior:
         log_densities = widened.compute_log_densities(theta)
         # The Gumbel trick draws each kind with its posterior probability.
         kind = np.argmax(log_densities + rng.gumbel(size=log_densities.shape), axis=1)
-        share = sd**2 * widened.kinds.precisions[:, 0]  # part of a deviation that the factor explains, (K, 10)
+        share = sd**2 * widened.kinds.precisions[:, 0]  # fraction of a deviation that the factor explains, (K, 10)
         mean = np.einsum("nd,nd->n", theta - widened.kinds.means[kind], share[kind])
         spread = np.sqrt(np.maximum(sd**2 * (1.0 - share[:, 0]), 0.0))[kind]
         factor = np.exp(mean + spread * rng.standard_normal(len(pi)))
@@ -161,11 +158,11 @@ class SolidPrior:
         return 0.5 * (inverse + inverse.T)
 
     def compute_log_density(self, theta: Array) -> Array:
-        """Computes the log density of theta, (N, 10), up to a constant; (N,)."""
+        """Computes the log density, (N,), of theta, (N, 10), up to a constant."""
         return add_logs(self.compute_log_densities(theta))
 
     def compute_log_densities(self, theta: Array) -> Array:
-        """Computes each kind's log density times its probability, (N, K). A common constant is left out."""
+        """Computes the log density of each kind times its probability, (N, K), up to a common constant."""
         squares = self.kinds.measure_squares(theta)
         log_densities: Array = np.log(self.shares) + self.kinds.log_scales - 0.5 * squares
         return log_densities
@@ -183,7 +180,7 @@ class SolidPrior:
 
 
 def _draw_random_solids(rng: np.random.Generator) -> tuple[Array, ...]:
-    """Draws solids of each kind, (N, 10) each. Kinds are assemblies, compact boxes, rods, and handles with a head."""
+    """Draws random solids of each kind, (N, 10) each: assemblies, compact boxes, rods, and handles with a head."""
     return _draw_assemblies(rng), _draw_compact(rng), _draw_rods(rng), _draw_handled(rng)
 
 
@@ -207,7 +204,7 @@ def _draw_compact(rng: np.random.Generator) -> Array:
 
 
 def _draw_rods(rng: np.random.Generator) -> Array:
-    """Draws the ten parameters of rods along x, (N, 10). The rods are turned afterwards."""
+    """Draws the ten parameters of randomly turned rods, (N, 10)."""
     length = _draw_log_uniform(rng, _ROD_LENGTHS, (_NUM_SOLIDS, 1))
     second = _measure_cylinder(length, _draw_log_uniform(rng, _ROD_RADII, (_NUM_SOLIDS, 1)))
     along = rng.uniform(-0.5, 0.5, (_NUM_SOLIDS, 1)) * length
@@ -216,7 +213,7 @@ def _draw_rods(rng: np.random.Generator) -> Array:
 
 
 def _draw_handled(rng: np.random.Generator) -> Array:
-    """Draws the ten parameters of handles along x with a head, (N, 10). The handles are turned afterwards."""
+    """Draws the ten parameters of randomly turned handles with a head, (N, 10)."""
     shape = (_NUM_SOLIDS, 1)
     length = _draw_log_uniform(rng, _HANDLE_LENGTHS, shape)
     handle = _measure_cylinder(length, _draw_log_uniform(rng, _HANDLE_RADII, shape))
@@ -235,9 +232,9 @@ def _measure_cylinder(length: Array, radius: Array) -> Array:
 
 
 def _turn(rng: np.random.Generator, masses: Array, centres: Array, squares: Array, held: Array) -> Array:
-    """Turns solids of P parts at random and places them in the hand; see ``_assemble``.
+    """Turns solids with P parts at random and places them in the hand (see ``_assemble``).
 
-    ``squares`` holds the mean squared coordinates of each part about its centre, (N, P, 3), [m^2]; ``held`` is the
+    ``squares`` contains the mean squared coordinates of each part about its centre, (N, P, 3), [m^2]. ``held`` is the
     position of the solid's origin in the tip frame, (N, 1, 3), [m].
     """
     R, _ = np.linalg.qr(rng.standard_normal((_NUM_SOLIDS, 1, 3, 3)))
@@ -246,10 +243,10 @@ def _turn(rng: np.random.Generator, masses: Array, centres: Array, squares: Arra
 
 
 def _assemble(rng: np.random.Generator, masses: Array, centres: Array, second: Array) -> Array:
-    """Draws the masses of solids of P parts, and computes their ten parameters, shape (N, 10).
+    """Draws the masses of solids with P parts, and computes their ten parameters, shape (N, 10).
 
-    ``masses`` holds relative masses, (N, P); ``centres`` has shape (N, P, 3), [m]; ``second`` holds the second
-    moments about the centres over the mass, (N, P, 3, 3), [m^2].
+    ``masses`` contains relative masses, (N, P), and ``centres`` positions, (N, P, 3), [m]. ``second`` contains second
+    moments about the centres divided by mass, (N, P, 3, 3), [m^2].
     """
     masses = masses * (_draw_log_uniform(rng, _MASSES, (_NUM_SOLIDS,)) / masses.sum(axis=1))[:, None]
     J = np.zeros((_NUM_SOLIDS, 4, 4))

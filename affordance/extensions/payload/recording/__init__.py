@@ -1,1 +1,1 @@
-"""Reads recordings of users, and computes evenly spaced, filtered samples."""
+"""Reads recordings in several formats, and computes evenly spaced, filtered samples."""

@@ -1,8 +1,6 @@
-"""Finds jumps of recorded joint angles, and their likely causes.
+"""Finds jumps of recorded joint angles that no joint can follow, and explains their likely cause.
 
-No joint of the robot reaches such rates.
-
-A table with jumps is not a recording of a motion: a filter would turn each jump into a motion that never happened.
+Filters would turn such jumps into motion that never happened.
 """
 
 from typing import NamedTuple
@@ -13,29 +11,28 @@ from affordance.arrays import Array
 
 # Largest rate of a joint of any arm, four turns per second, [rad/s].
 FASTEST = 8.0 * np.pi
-# Longest time step of a recording, [s], and largest excess over a joint's angle limits that some controllers allow,
-# [rad].
+# Longest time step of a recording, [s], and amount by which some controllers exceed a joint's angle limits, [rad].
 LONGEST_STEP, ANGLE_SLACK = 0.5, 0.5
-# Hints at units that are likely to be wrong.
+# Hints about units that are probably wrong.
 DEGREES = "are these degrees? then its description must have 'units: {q: deg}'"
 LONGER_UNIT = "is the unit of time a thousand times longer? then set it in the description: 'units: {time: s}'"
-# Factor by which rates may exceed limits, as robots' files have narrower limits than some controllers.
+# Factor by which rates may exceed the limits in the file, because some controllers allow more.
 _RATE_SLACK = 1.5
-# Change of an angle that noise and rounding never reach, however short the time step, [rad].
+# Angle that exceeds any noise and rounding, [rad].
 _NOISE = 0.05
 # Time over which the rate of a smooth motion is measured, [s].
 _WINDOW = 0.1
-# In a smooth motion, the changes before and after a change have its sign and at least this share of its size.
+# In a smooth motion, neighbouring changes of an angle have the same sign and at least this share of its size.
 _SMOOTH = 0.5
 # Factor between units of time, and time step below which no controller samples joints, [s].
 _NEXT_UNIT, _SHORTEST = 1000.0, 5e-4
 _TURN = 2.0 * np.pi
-# Largest factor between a measured rate and the change of its quantity; degrees for radians differ by a factor of 57.
+# Largest ratio between a measured rate and the derivative of its quantity; degrees instead of radians give 57.
 _RATE_FACTOR = 5.0
-# Largest relative difference between a quantity and its integrated rate, which noise of the rate never reaches.
+# Largest relative difference between a quantity and its integrated rate; noise causes less.
 _RATE_APART = 0.3
-_LEAST_MOTION = 0.05  # range below which a joint may record only noise, [rad, rad/s]
-# Largest delay of a rate behind its quantity that is considered, [s].
+_LEAST_MOTION = 0.05  # range below which a joint's changes may be noise, [rad, rad/s]
+# Largest delay of a rate that is considered, [s].
 _LONGEST_LAG = 0.5
 
 
@@ -55,18 +52,18 @@ class Jump(NamedTuple):
 
 
 def find_jumps(times: Array, q: Array, limits: Array) -> tuple[Jump, ...]:
-    """Finds changes of joint angles that exceed the velocity limits. The changes are between neighbouring samples.
+    """Finds changes of joint angles between neighbouring samples that exceed the velocity limits.
 
-    In a table of held postures, the angles jump from each posture to the next unless they are close together. A jump
-    exceeds one and a half times the limit by 0.05 rad. The time is the longer of sample interval and median time
-    step, because single time stamps are unreliable: in a Panda's recording at 1 kHz they imply steps at 3.4 times the
-    limit.
+    A change is a jump if it exceeds one and a half times the limit by 0.05 rad. The assumed time is the sample
+    interval, but at least the median time step, because single time stamps are unreliable: in a Panda's recording at
+    1 kHz they imply rates up to 3.4 times the limit. A table of held postures has jumps unless the postures are close
+    together.
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
-        limits: Velocity limits from the robot's file, shape (n,), [rad/s]; infinite without one. No joint is assumed
-            to turn faster than four turns per second.
+        limits: Velocity limits from the robot's file, shape (n,), [rad/s]; infinite without a limit. The largest
+            assumed limit is four turns per second.
 
     Returns: The jumps, ordered by sample and joint.
     """
@@ -102,7 +99,7 @@ def find_fault(
         times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
         limits: Velocity limits from the robot's file, shape (n,), [rad/s]; None if the robot is not known.
-        ranges: Lower and upper angle limit of each joint from the file, shape (2, n), [rad]; None if not known.
+        ranges: Lower and upper angle limits from the file, shape (2, n), [rad]; None if not known.
         source: Name of the robot's file.
 
     Returns: The fault; None if no joint is too fast.
@@ -112,7 +109,7 @@ def find_fault(
     jumps = find_jumps(times, q, limits)
     is_smooth = not jumps or np.mean([_is_smooth(q[:, jump.joint], jump.row) for jump in jumps]) > 0.5
     typical = float(np.median(np.diff(times)))
-    if not jumps:  # in a smooth motion, the rate shows over several samples
+    if not jumps:  # a smooth motion is too fast only over several samples
         every = int(np.clip(_WINDOW / typical, 1, len(times) // 3))
         thin = find_jumps(times[::every], q[::every], limits)
         jumps = tuple(jump._replace(row=every * jump.row) for jump in thin)
@@ -131,7 +128,7 @@ def find_fault(
 
 
 def _is_smooth(q: Array, row: int) -> bool:
-    """Returns True if the change before a sample resembles its neighbours, for angles (N,)."""
+    """Returns True if the change before a sample is similar to its neighbouring changes, for angles (N,)."""
     changes = np.diff(q[max(row - 2, 0) : row + 2])
     return bool((changes * np.sign(q[row] - q[row - 1]) >= _SMOOTH * abs(q[row] - q[row - 1])).all())
 
@@ -147,7 +144,7 @@ def _explain_units(q: Array, step: float, worst: Jump, ranges: Array) -> str:
 
 
 def _explain_jumps(q: Array, jumps: tuple[Jump, ...]) -> str:
-    """Explains the likely cause of jumps in a table."""
+    """Explains the likely cause of jumps."""
     changes = np.abs([jump.change for jump in jumps])
     off_turns = np.abs(changes - _TURN * np.maximum(np.rint(changes / _TURN), 1.0))
     allowed = np.array([_RATE_SLACK * jump.limit * jump.step + _NOISE for jump in jumps])
@@ -164,14 +161,15 @@ def _explain_jumps(q: Array, jumps: tuple[Jump, ...]) -> str:
 
 
 def find_lag(times: Array, values: Array, rate: Array) -> float:
-    """Estimates the delay of a recorded rate, [s]. The delay is negative if the rate is early.
+    """Estimates the delay of a recorded rate, [s].
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].
-        values: Quantity whose rate was recorded, shape (N,).
-        rate: Recorded rate, shape (N,).
+        values: Quantity, shape (N,).
+        rate: Recorded rate of the quantity, shape (N,).
 
-    Returns: The delay, up to half a second either way, at which the rate fits best, interpolated by a parabola.
+    Returns: The delay at which the rate fits best, up to half a second, interpolated with a parabola. It is negative
+        if the rate is early.
     """
     step = float(np.median(np.diff(times)))
     even = np.arange(times[0], times[-1], step)
@@ -195,19 +193,18 @@ def find_lag(times: Array, values: Array, rate: Array) -> float:
 
 
 class RateFault(NamedTuple):
-    """Column that is not the rate of its assumed quantity."""
+    """Fault of a recorded rate that is not the derivative of its quantity."""
 
     joint: int  # number of the joint, from 0
-    problem: str  # what is wrong and the bound, with {} in place of the quantity's name
+    problem: str  # the fault and its bound, with {} in place of the quantity's name
     is_larger: bool  # True if the rate is too large
 
 
 def compare_rate(times: Array, of: Array, rate: Array, q: Array) -> RateFault | None:
-    """Compares a measured rate with the change of its quantity for each moving joint.
+    """Compares the recorded rate of each moving joint with the derivative of its quantity.
 
-    The joint with the widest motion is first.
-
-    Faults are rates in other units, of another joint or at another time. All tables have shape (N, n).
+    The joint with the largest motion is tested first. Rates in other units, of another joint or at another time are
+    faults. All tables have shape (N, n).
     """
     for joint in np.argsort(-np.ptp(q, axis=0), kind="stable"):
         # Subtracting lines removes the effect of a constant offset of the rate.

@@ -1,9 +1,7 @@
-"""Prepares a recorded run: even samples, one zero-phase filter, then derivatives.
+"""Resamples a recorded run evenly, filters it without phase shift, and differentiates it.
 
-All signals have the same filter.
-
-Signals that obey a linear equation still obey it if all are filtered alike. Accelerations are differences of filtered
-velocities.
+All quantities pass the same filter, because filtered signals then still obey the linear equation of the dynamics.
+Accelerations are differences of filtered velocities.
 """
 
 from collections.abc import Iterable
@@ -19,25 +17,25 @@ from affordance.extensions.payload.recording.run import POSTURE_STEP, Run, resam
 from affordance.extensions.payload.settings import IdentificationSettings
 
 _ORDER = 4
-# Share of the velocity's power within its bandwidth.
+# Share of the velocity's power that defines its bandwidth.
 _POWER = 0.999
-# Least power of a joint's velocity, relative to the largest, at which its bandwidth counts.
+# Least power of a joint's velocity, relative to the largest, for computing its bandwidth.
 _FAINT = 0.02
-# Largest bandwidth, as a multiple of the bandwidth of the motion with faded ends.
+# Largest bandwidth as a multiple of the bandwidth of the tapered motion.
 _FADED = 4.0
-# Least cut-off, [Hz], as slower filters would leave nothing of a run of some seconds, and largest cut-off as a share
-# of the Nyquist frequency, above which everything would pass.
+# Smallest cut-off, [Hz], because slower filters ring for longer than short runs last, and largest cut-off as a share
+# of the Nyquist frequency.
 _SLOWEST, _FASTEST = 0.5, 0.8
 
 
 class PreparedRun(NamedTuple):
-    """Evenly spaced samples of a filtered run."""
+    """Filtered run with evenly spaced samples."""
 
     times: Array  # times of the samples, shape (N,), [s]
     q: Array  # joint angles, shape (N, n), [rad]
     v: Array  # joint velocities, shape (N, n), [rad/s]
     vdot: Array  # joint accelerations, shape (N, n), [rad/s^2]
-    signal: Array  # signals of the channels, shape (N, C), in their own unit
+    signal: Array  # signals of the channels, shape (N, C), in the unit of their kind
     cutoff: float  # cut-off of the filter, [Hz]
 
     @property
@@ -51,29 +49,28 @@ class PreparedRun(NamedTuple):
         return float(1.0 / (self.times[1] - self.times[0]))
 
     def select(self, rows: slice | NDArray[np.intp]) -> "PreparedRun":
-        """Returns some of the samples."""
+        """Selects samples by their rows."""
         return self._replace(**{name: getattr(self, name)[rows] for name in self._fields if name != "cutoff"})
 
 
 def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
     """Computes the filter cut-off that passes a run's motion, [Hz].
 
-    The cut-off is a multiple of the bandwidth that contains 99.9 % of the velocity's power, for the joint with the
-    largest bandwidth. A cut-off in the settings takes precedence.
+    The cut-off is a multiple of the largest bandwidth of any joint. A joint's bandwidth contains 99.9 % of its
+    velocity's power. A cut-off in the settings takes precedence.
     """
     if run.description.postures:
-        return 1.0 / POSTURE_STEP  # nothing is filtered
+        return 1.0 / POSTURE_STEP  # postures are not filtered
     if settings.cutoff is not None:
         return min(settings.cutoff, _FASTEST * run.rate / 2.0)
     times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     v = resample(times, run.times, np.gradient(run.q, run.times, axis=0) if run.v is None else run.v)
-    v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # joints at rest record only noise
+    v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # the velocities of joints at rest are noise
     highest = _FASTEST * run.rate / 2.0
     if not v.shape[1]:
         return min(max(2.0, _SLOWEST), highest)
-    # The line from the first to the last value is subtracted, and the bandwidth limited to a multiple of that of the
-    # motion with faded ends: a part of a motion ends otherwise than it begins, and such a jump contains all
-    # frequencies.
+    # A window of a motion begins and ends with different velocities, and such a jump contains all frequencies. The
+    # line from the first to the last value is therefore subtracted, and the tapered motion limits the bandwidth.
     bandwidth = _compute_bandwidth(v - np.linspace(v[0], v[-1], len(v)), run.rate)
     faded = _compute_bandwidth((v - v.mean(axis=0)) * np.hanning(len(v))[:, None], run.rate)
     bandwidth = min(bandwidth, _FADED * faded)
@@ -81,26 +78,25 @@ def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
 
 
 def _compute_bandwidth(v: Array, rate: float) -> float:
-    """Computes the bandwidth of the moving joints' velocities, [Hz]. Nearly all of their power is below it."""
+    """Computes the largest bandwidth of the moving joints' velocities, [Hz]."""
     power = np.abs(np.fft.rfft(v - v.mean(axis=0), axis=0)) ** 2
     total = power.sum(axis=0)
     share = np.cumsum(power, axis=0) / total
     frequencies = np.fft.rfftfreq(len(v), 1.0 / rate)
-    moving = share.T[total >= _FAINT * total.max()]  # noise is a large part of the others
+    moving = share.T[total >= _FAINT * total.max()]  # the power of the others may be mostly noise
     return max(float(frequencies[np.argmax(column >= _POWER)]) for column in moving)
 
 
 def prepare(
     run: Run, settings: IdentificationSettings, *, cutoff: float | None = None, times: Array | None = None
 ) -> PreparedRun:
-    """Filters a run and computes its derivatives. Postures are returned unchanged, at rest and at nominal times.
+    """Filters a run and computes its derivatives. Held postures are returned unchanged, with zero derivatives.
 
     Args:
         run: Recorded run.
-        settings: Settings of filter and trimming.
-        cutoff: Cut-off of the filter, [Hz]; None for the result of ``compute_cutoff``.
-        times: Even times at about the run's own rate, (N,), [s], of which both ends are trimmed; None for the run's
-            own.
+        settings: Settings of the filter and of trimming.
+        cutoff: Cut-off of the filter, [Hz]; None to use ``compute_cutoff``.
+        times: Evenly spaced times at about the run's own rate, (N,), [s], before trimming; None for the run's own.
 
     Raises:
         BadValueError: The run is too short to be trimmed.
@@ -113,7 +109,7 @@ def prepare(
     rate = 1.0 / (times[1] - times[0])
     if cutoff is None:
         cutoff = compute_cutoff(run, settings)
-    trimmed = round(settings.trim * rate)  # rounding makes this equal for two runs whose clocks differ
+    trimmed = round(settings.trim * rate)  # rounding makes this equal for two runs with different clocks
     if len(times) < 2 * trimmed + int(rate):
         length, least = (times[-1] - times[0]), 2.0 * settings.trim + 1.0
         raise BadValueError(run.source, "time", f"spans {length:.2f} s, must span at least {least:.2f} s")
@@ -129,11 +125,15 @@ def prepare(
 
 
 def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
-    """Applies a Butterworth filter forwards and backwards to even samples, (N, C). The rate is in [Hz].
+    """Applies a Butterworth filter forwards and backwards to evenly spaced samples.
 
-    The results equal ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the values are
-    extended by odd reflection at both ends, and each pass starts in the steady state of its first value. At the
-    cut-off, [Hz], each pass halves the power.
+    The results equal ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification. Values are
+    extended with odd reflections at both ends, and each pass starts in the steady state of its first value.
+
+    Args:
+        values: Samples, shape (N, C).
+        cutoff: Frequency at which each pass halves the power, [Hz].
+        rate: Sampling rate, [Hz].
     """
     edge = 3 * (_ORDER + 1)
     smoothed = np.concatenate(
@@ -148,10 +148,7 @@ def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
 
 
 def _apply_section(values: Array, w: float, damping: float) -> Array:
-    """Applies the bilinear transform of 1 / (s^2 / w^2 + damping s / w + 1).
-
-    The filter starts in the steady state.
-    """
+    """Applies the bilinear transform of 1 / (s^2 / w^2 + damping s / w + 1), from the steady state."""
     a = np.array([1.0 + damping * w + w**2, 2.0 * (w**2 - 1.0), 1.0 - damping * w + w**2])
     known = np.concatenate([values[:1], values[:1], values])
     inputs = w**2 * (known[2:] + 2.0 * known[1:-1] + known[:-2])
@@ -162,7 +159,7 @@ def _apply_section(values: Array, w: float, damping: float) -> Array:
 
 
 def prepare_alike(runs: Iterable[Run], settings: IdentificationSettings) -> list[PreparedRun]:
-    """Prepares runs with one filter, which passes the motion of all of them."""
+    """Prepares runs with a common filter that passes the motion of every run."""
     runs = list(runs)
     cutoff = max(compute_cutoff(run, settings) for run in runs)
     return [prepare(run, settings, cutoff=cutoff) for run in runs]

@@ -27,17 +27,17 @@ from affordance.extensions.payload.recording.joint_rates import (
 )
 from affordance.extensions.payload.settings import SignalKind
 
-GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
+GRAVITY = (0.0, 0.0, -9.81)  # Drake's default
 _MIN_ROWS, FEWEST_POSTURES = 20, 4
-# Nominal time between held postures, [s]; it only numbers them, as their times do not matter.
+# Nominal time between held postures, [s]. It has no physical meaning.
 POSTURE_STEP = 0.5
 # Largest gap between samples, [s] and as a multiple of the typical step, across which motion is interpolated.
 _GAP, _GAP_STEPS = 0.25, 5.0
-# Bounds of the magnitude of gravity on Earth, [m/s^2], as drivers round it.
+# Bounds of the magnitude of gravity on Earth, with the rounding of drivers, [m/s^2].
 _EARTH = (9.7, 9.9)
 _LONG_STEPS = "in another unit, the description must have 'units: {time: ms}'; of held postures, 'postures: true'"
 _STEP_BOUNDS = (1e-5, LONGEST_STEP)  # from 100 kHz to 2 Hz, [s]
-# Bounds that exceed the motion (two turns either way, four turns per second) and the signals of arms of any size.
+# Bounds of all quantities: two turns either way, four turns per second, and the signals of arms of any size.
 _BOUNDS = {
     "q": (4.0 * np.pi, "rad"),
     "v": (FASTEST, "rad/s"),
@@ -52,29 +52,30 @@ _HINTS = {
     "vdot": "are these degrees? then its description must have 'units: {vdot: deg/s^2}'",
     "current": "are these milliamperes? then its description must have 'units: {current: mA}'",
 }
-# Tolerance for comparing samples of two recordings: a share of a signal's range, or [rad] for angles.
+# Tolerance for comparing samples of two recordings: a share of a signal's range, or an angle in [rad].
 _SAME = 1e-3
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 @dataclass(frozen=True)
 class RunDescription:
-    """Description of a run's table: joints, signal, frames and load.
+    """Joints, signal, frames and load of a recorded run.
 
     Attributes:
         joint_names: Names of the joints, in the order of the columns.
         kind: Kind of the signal.
-        tip: Link to which the payload, or the wrist sensor, is fixed; empty if the caller names it.
+        tip: Link that carries the payload or the wrist sensor; empty to let the caller choose it.
         base: Link in whose frame gravity is given; empty for the first link of the chain.
         gravity: Gravity in the base frame, shape (3,), [m/s^2].
         compensates_arm: True if the controller has subtracted the arm's own torque from the signal.
-        leaves_inertia: True if what it has subtracted is the torque due to gravity alone, at each posture.
+        leaves_inertia: True if the controller has subtracted only the gravity part of that torque.
         compensated_payload: Ten parameters, at the tip, of a payload whose torque the controller has subtracted,
             shape (10,).
         reference_mass: Mass of the load, [kg]; None if it was not weighed.
         object_pose: Pose of the held tool in the tip, X_tip_T, shape (4, 4).
-        postures: True if each row is a posture in which the arm was held at rest, so that times have no meaning.
-        wrench_in_base: True if force and torque about the tip's origin are along the base's axes, not the tip's.
+        postures: True if the arm was held at rest in each row, so that times have no meaning.
+        wrench_in_base: True if force and torque about the tip's origin are given along the base's axes, not the
+            tip's.
     """
 
     joint_names: tuple[str, ...]
@@ -114,11 +115,11 @@ class Run:
         description: Description of the table.
         times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
-        signal: Signals, shape (N, n); for a wrench (N, 6): force, then torque, on the held object, at the tip,
-            along its axes unless the description says otherwise.
+        signal: Signals, shape (N, n). A wrench has shape (N, 6): force, then torque, on the held object, about the
+            tip's origin, along the tip's axes unless the description chooses the base's axes.
         v: Joint velocities, shape (N, n), [rad/s]; None to derive them from the angles.
         vdot: Joint accelerations, shape (N, n), [rad/s^2]; None to derive them from the velocities.
-        rows: Row of the file that holds each sample, shape (N,), for messages; None for the sample's number, from 1.
+        rows: Row number of each sample in the file, shape (N,), for messages; None to count samples from 1.
         notes: Changes made to the table, which are reported with results.
 
     Example:
@@ -150,7 +151,7 @@ class Run:
         optional = [name for name in ("v", "vdot") if getattr(self, name) is not None]
         for name in ("times", "q", "signal", *optional):
             object.__setattr__(self, name, read_numbers(name, getattr(self, name)))
-        # Only the shape: the numbers are checked below, with their rows.
+        # Only the shape is checked here. The numbers are checked below, with their row in the message.
         check_array("times", np.zeros_like(self.times), (None,))
         joints = self.description.joint_names
         tables = {"q": self.q, "v": self.v, "vdot": self.vdot, self.signal_name: self.signal}
@@ -172,7 +173,7 @@ class Run:
         for name, values in given.items():
             self._check_values(name, values)
         if self.v is not None:
-            self.check_rates()  # first, as a jump would look like rates of something else
+            self.check_rates()  # first, because a jump would look like velocities in another unit
             pairs = [("v", self.v, "q", self.q)]
             if self.vdot is not None:
                 pairs.append(("vdot", self.vdot, "v", self.v))
@@ -184,10 +185,10 @@ class Run:
 
     @property
     def fingerprint(self) -> str:
-        """Text that identifies the recording, from the smallest hash of a sample. Most trimmed copies retain it.
+        """Identifier of the recording: the smallest hash of a sample, so that most trimmed copies share it.
 
-        Samples that occur more than once do not count unless there are no others: samples of an arm at rest, in steps
-        of its encoders and sensors, may occur in other runs too.
+        Samples that occur more than once are ignored unless there are no others. An arm at rest gives such samples,
+        which may also occur in other runs.
         """
         samples = np.concatenate([self.q, self.signal], axis=1)
         counts = Counter(hashlib.sha256(sample.tobytes()).hexdigest() for sample in samples)
@@ -209,7 +210,7 @@ class Run:
         return float(1.0 / np.median(np.diff(self.times)))
 
     def arrange(self, joint_names: Sequence[str]) -> "Run":
-        """Returns the run with its joints in the order of an arm's joints.
+        """Reorders the joints to match an arm.
 
         Raises:
             BadValueError: A joint of the arm is not in the run.
@@ -218,7 +219,7 @@ class Run:
         if tuple(joint_names) == own:
             return self
         order = []
-        # Makers rename a robot's prefix and keep its joints: panda_joint1, fer_joint1.
+        # Makers change the prefix of joint names between models: panda_joint1, fer_joint1.
         own_prefix, prefix = _find_prefix(own), _find_prefix(joint_names)
         for name in joint_names:
             match = name if name in own else own_prefix + name[len(prefix) :]
@@ -236,10 +237,10 @@ class Run:
         )
 
     def measure_overlap(self, other: "Run") -> float:
-        """Computes the share of this run's samples that also occur in another run. Times are ignored.
+        """Computes the share of this run's samples that also occur in another run, at any time.
 
-        Angles and signals are compared to a thousandth of the signals' range, which rounding seldom exceeds and noise
-        nearly always does. Two recordings of the same motion have hardly any samples that agree at every joint.
+        Angles must agree to a thousandth of a radian and signals to a thousandth of their range. Rounding errors are
+        usually smaller and noise is usually larger, so two recordings of the same motion hardly overlap.
         """
         step = np.concatenate(
             [np.full(self.q.shape[1], _SAME), _SAME * np.maximum(np.ptp(other.signal, axis=0), 1e-9)]
@@ -256,12 +257,17 @@ class Run:
         return replace(self, **{name: values[rows] for name, values in given.items() if values is not None})
 
     def error_at(self, row: int, column: str, problem: str) -> BadValueError:
-        """Builds the error that reports a problem with a sample."""
+        """Builds an error message about one sample."""
         number = row + 1 if self.rows is None else int(self.rows[row])
         return BadValueError(self.source, f"row {number}, column {column}", problem)
 
     def check_rates(self, limits: Array | None = None, ranges: Array | None = None, source: str = "") -> None:
-        """Checks joint speeds against ``limits``, (n,), [rad/s]. ``ranges`` are the angle limits, (2, n), [rad].
+        """Checks that no joint exceeds its velocity limit.
+
+        Args:
+            limits: Velocity limits, shape (n,), [rad/s]; None if not known.
+            ranges: Lower and upper angle limits, shape (2, n), [rad], for the message; None if not known.
+            source: Name of the robot's file, for the message.
 
         Raises:
             BadValueError: A joint turns too fast.
@@ -309,7 +315,7 @@ class Run:
 
 
 def resample(times: Array, recorded: Array, values: Array) -> Array:
-    """Interpolates values, (N, columns), from recorded times to other times."""
+    """Interpolates values, (N, columns), linearly at other times."""
     return np.column_stack([np.interp(times, recorded, column) for column in values.T])
 
 

@@ -1,7 +1,7 @@
-"""Reads joint states and wrist wrenches from ROS bags, as a table.
+"""Reads joint states and wrist wrenches from ROS bags.
 
-Reading needs rosbags (the extra [bags]), but no ROS. Messages are decoded with ROS's own definitions, because
-definitions from the bag would become code that is executed.
+Reading needs rosbags (the extra [bags]), but no ROS. Messages are decoded with ROS's standard definitions, because
+definitions from the bag would be executed as code.
 """
 
 import importlib
@@ -20,20 +20,20 @@ from affordance.files import bounded
 
 JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/WrenchStamped"
 
-# Reads the messages of the named topic, or of the only topic, of a kind, each with its time stamp, [s].
+# Reads the messages with a given topic and type, with their time stamps, [s]. An empty topic means the only one.
 type _Read = Callable[[str, str], Iterator[tuple[float, Any]]]
 
 
 def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> pd.DataFrame:
-    """Reads joint states and simultaneous wrenches from a bag. A bag is a folder, or a .mcap, .db3 or .bag file.
+    """Reads joint states and simultaneous wrenches from a bag.
 
     Args:
-        path: Bag.
-        topic: Topic of the joint states; empty for the only one.
-        wrench_topic: Topic of the wrenches; empty for none.
+        path: Bag: a folder, or a .mcap, .db3 or .bag file.
+        topic: Topic of the joint states; empty if there is only one.
+        wrench_topic: Topic of the wrenches; empty to read none.
         is_current: True if the efforts are currents.
 
-    Returns: The table, with the names of the joints as ``attrs["joints"]``.
+    Returns: The table, with the names of the joints in ``attrs["joints"]``.
 
     Raises:
         BadValueError: The bag cannot be read or has no such topic, or rosbags is missing.
@@ -74,7 +74,7 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current:
 
 
 def _choose_topic(path: Path, connections: Any, topic: str, kind: str) -> str:
-    """Chooses the named topic, or the only topic of a kind. The messages must be of this kind."""
+    """Returns the named topic, or the only topic with the given message type."""
     of_kind: list[str] = sorted({each.topic for each in connections if each.msgtype == kind})
     if not topic and len(of_kind) == 1:
         return of_kind[0]
@@ -85,9 +85,9 @@ def _choose_topic(path: Path, connections: Any, topic: str, kind: str) -> str:
 
 
 def _collect(path: Path, read: _Read, topic: str, wrench_topic: str, *, is_current: bool) -> pd.DataFrame:
-    """Collects times, positions, velocities, efforts, and wrenches at these times.
+    """Collects times, positions, velocities and efforts, and wrenches interpolated at these times.
 
-    Messages may list the joints of the first message in another order.
+    Later messages may list the joints in another order than the first message.
     """
     fields = {"position": "q", "velocity": "v", "effort": "current" if is_current else "tau"}
     times: list[float] = []
@@ -101,7 +101,7 @@ def _collect(path: Path, read: _Read, topic: str, wrench_topic: str, *, is_curre
             is_whole = set(message.name) == set(names) and len(given) == len(names) and len(rows) == len(times) - 1
             if is_whole:
                 rows.append(given[[list(message.name).index(name) for name in names]])
-            elif len(given) or rows:  # a sender may leave out a quantity, but only in all messages
+            elif len(given) or rows:  # a quantity may be missing, but only from all messages
                 problem = f"has {len(given)} values of {', '.join(message.name)}, must have one for each of"
                 raise BadValueError(path, f"message {len(times)}, {field}", f"{problem} {', '.join(names)}")
     columns = {"time": np.array(times)}

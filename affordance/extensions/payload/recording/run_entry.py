@@ -1,8 +1,8 @@
 """Description of a run's table: the small YAML file next to it.
 
-joints: [shoulder_pan_joint, ...]      # in the order of the columns; a ROS bag names them itself
+joints: [shoulder_pan_joint, ...]      # in the order of the columns; not needed for a ROS bag
 signal: current                        # or joint_torque, motor_torque, wrench; inferred from the columns if omitted
-files: [run_1.csv, run_2.csv]          # parts of one recording with one clock; this file is then given as the run
+files: [run_1.csv, run_2.csv]          # parts of one recording with one clock; pass this file as the run
 tip: tool0                             # link that carries the payload, or the wrist sensor
 base: base_link
 gravity: [0, 0, -9.81]                 # in the base frame, m/s^2
@@ -10,13 +10,13 @@ columns: ur_rtde                       # or libfranka, standard, a list of names
 # columns: {time: stamp, q: "pos_{}", current: [i_base, i_shoulder]}   # the log's own names; {} is the joint's number
 units: {time: s, q: rad, v: rad/s, current: A}
 compensates: nothing                   # or arm: the controller has subtracted the arm's own torque from the signal;
-#                                        gravity: only the part due to gravity, so that inertia is still in it
+#                                        gravity: the controller has subtracted only the gravity torque
 compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.0017]}
 reference_mass: 2.805                  # mass of the load, if it was weighed, kg
 object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
 force_on: object                       # or robot: the body on which the wrench acts
 wrench_axes: sensor                    # or base: the axes along which force and torque about the sensor are given
-postures: true                         # each row is a posture in which the arm was held at rest; no time is needed
+postures: true                         # the arm was held at rest in each row; no time is needed
 skip_rows: 2                           # number of rows above the table
 topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
 """
@@ -46,16 +46,16 @@ _MOST = 1e3  # largest mass, [kg], and largest moment of inertia, [kg m^2]
 
 
 class ColumnMap(NamedTuple):
-    """Column names of a logger."""
+    """Column names that a logger writes."""
 
-    # Regular expressions of the logger's names, by our column names; a group is the number of the joint.
+    # Regular expressions of the logger's names, by standard name; a group captures the joint's number.
     patterns: dict[str, str]
-    first: int | None  # number of the first joint; None for the smallest one in the table
+    first: int | None  # number of the first joint; None for the smallest number in the table
     time_unit: float  # unit of time of the logger, [s]
 
 
 _WRENCH = {name: name for name in ("fx", "fy", "fz", "tx", "ty", "tz")}
-# Our own names and those of LeRobot; the commanded action is no measurement.
+# Standard names and LeRobot's names; LeRobot's action is commanded, not measured, and is not read.
 _LEROBOT = {"q": "state", "v": "velocity", "vdot": "acceleration", "tau": "effort|torque", "current": "current"}
 _STANDARD = {name: rf"(?:{name}|observation\.(?:{theirs}))_(\d+)" for name, theirs in _LEROBOT.items()}
 COLUMN_MAPS = {
@@ -81,7 +81,7 @@ COLUMN_MAPS = {
 
 
 def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None]:
-    """Returns our name of each table column, such as q_1. Unused columns are None."""
+    """Translates column names to standard names such as q_1. Unused columns are None."""
     found: list[tuple[str, int | None] | None] = []
     for name in names:
         matches = ((ours, re.fullmatch(pattern, name.strip())) for ours, pattern in column_map.patterns.items())
@@ -98,9 +98,9 @@ def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None
 
 
 def build_column_map(own: Mapping[str, str | tuple[str, ...]]) -> ColumnMap:
-    """Builds the column map of a log with its own names.
+    """Builds a column map from the names in a description.
 
-    Joints are numbered from 0 or 1, or named one by one.
+    A name with {} contains the joint's number, from 0 or 1. A list names each joint's column.
     """
     patterns = {}
     for ours, names in own.items():
@@ -113,7 +113,7 @@ def build_column_map(own: Mapping[str, str | tuple[str, ...]]) -> ColumnMap:
 
 @dataclass(frozen=True)
 class _Word(Constraint):
-    """Constraint on a text: one of several words, each with a value."""
+    """Constraint that maps each allowed word to a value."""
 
     choices: Mapping[str, Any]
 
@@ -129,7 +129,7 @@ class _Word(Constraint):
 
 
 def _describe(meaning: str, default: Any) -> Any:
-    """Declares a key's meaning, and its default as in a file."""
+    """Declares the meaning and the default of a key."""
     return Field(description=meaning, json_schema_extra={"default": default})
 
 
@@ -178,7 +178,7 @@ class UnitsEntry(DataModel):
 
 
 class CompensatedEntry(DataModel):
-    """Mass, centre of mass and principal moments of a payload, as controllers define them."""
+    """Payload as controllers define it: mass, centre of mass and principal moments."""
 
     mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
     com: Annotated[_Triple, _LENGTHS, Field(description="Centre of mass in the tip, [m].")]
@@ -213,7 +213,7 @@ class ObjectPoseEntry(DataModel):
 
 
 class RunEntry(DataModel):
-    """Description of a table, its joints and its signal."""
+    """Contents of the YAML file that describes a recording."""
 
     joints: Annotated[
         list[Name],
@@ -273,7 +273,7 @@ class RunEntry(DataModel):
     wrench_topic: Annotated[Name, Field(description="Topic of wrenches in a bag.")] = ""
 
     def build(self, joints: Sequence[str], kind: SignalKind, *, postures: bool = False) -> RunDescription:
-        """Builds the description of a run from its joints and the kind of its signal."""
+        """Builds the description of a run for given joints and kind of signal."""
         payload, pose = self.compensated_payload, self.object_pose
         return RunDescription(
             tuple(joints),

@@ -40,14 +40,14 @@ from affordance.files.data_model import load_model
 
 _DESCRIPTIONS = (".yaml", ".yml")
 _BAGS = (".mcap", ".db3", ".bag")
-# Names of what was commanded, not measured, and of signals.
+# Column names of commanded quantities and of signals, which are not measured angles.
 _NO_ANGLES = re.compile("action|command|cmd|target|desired|goal|tau|torque|effort|current|force", re.IGNORECASE)
-_TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # likely names of a column of times
-# Largest change of a joint angle of an arm at rest, [rad]: droop under load, or encoder noise.
+_TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # likely names of the time column
+# Largest change of a joint angle of an arm at rest, due to droop under load or encoder noise, [rad].
 _STILL = 5e-3
-# Number of rows in one posture from which a table counts as a recording over time, so that shorter stays are motion.
+# Number of consecutive rows in one posture from which a table is a recording over time, with shorter stays as motion.
 _STAY = 5
-# Change of some joint angle from row to row that hardly occurs in a recording over time, [rad].
+# Largest change of a joint angle between rows that is usual in a recording over time, [rad].
 _APART = 0.05
 
 
@@ -57,7 +57,7 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     Args:
         path: Table (.csv, .txt, .tsv, .npz or .parquet), ROS bag, LeRobot folder, or a description (.yaml) whose
             ``files`` are the parts of the recording.
-        description: YAML file that describes the table; None for the one of the same name next to it.
+        description: YAML file that describes the table; None for the file with the table's name and the suffix .yaml.
 
     Raises:
         BadValueError: A file or one of its values is wrong; the message names it.
@@ -95,9 +95,9 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
 
 
 def _list_parts(description: Path, names: Sequence[str]) -> list[Path]:
-    """Lists the files that a description names as parts of a recording.
+    """Lists the parts of a recording that are named in a description.
 
-    The parts must be in the description's own folder.
+    The parts must be in the same folder as the description.
     """
     parts = [description.parent / name for name in names]
     for i, (name, part) in enumerate(zip(names, parts, strict=True)):
@@ -108,7 +108,7 @@ def _list_parts(description: Path, names: Sequence[str]) -> list[Path]:
 
 
 def _join_tables(parts: Sequence[Path], tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Joins the tables of all parts. Rows are numbered continuously."""
+    """Joins the tables of all parts, with continuous row numbers."""
     first, *others = tables
     for part, table in zip(parts[1:], others, strict=True):
         if list(table.columns) != list(first.columns) or table.attrs != first.attrs:
@@ -125,7 +125,7 @@ def _join_tables(parts: Sequence[Path], tables: Sequence[pd.DataFrame]) -> pd.Da
 
 
 def _check_clock(parts: Sequence[Path], times: Sequence[Array]) -> None:
-    """Checks that each part begins after the previous part ends. Times are (N,) each."""
+    """Checks that each part begins after the end of the previous part. Times have shape (N,) each."""
     for (before, earlier), (part, later) in itertools.pairwise(zip(parts, times, strict=True)):
         if len(earlier) and len(later) and not later[0] > earlier[-1]:
             problem = f"begins at {later[0]:.6f}, must be later than the end of {before.name}, {earlier[-1]:.6f}"
@@ -133,7 +133,7 @@ def _check_clock(parts: Sequence[Path], times: Sequence[Array]) -> None:
 
 
 def _read_table(path: Path, description_file: Path, entry: RunEntry) -> pd.DataFrame:
-    """Reads the table of a recording, or of one of its parts."""
+    """Reads the table of a recording or of one part."""
     if is_lerobot(path):
         table = read_lerobot(path)
     elif path.suffix in ARRAYS:
@@ -150,7 +150,7 @@ def _read_table(path: Path, description_file: Path, entry: RunEntry) -> pd.DataF
 
 
 def _find_columns(path: Path, description_file: Path, table: pd.DataFrame, entry: RunEntry) -> dict[str, int]:
-    """Finds the position of each of our columns in the table."""
+    """Finds the position of each standard column in the table."""
     names = tuple(table.columns)
     if isinstance(entry.columns, tuple):
         names = entry.columns
@@ -164,7 +164,7 @@ def _find_columns(path: Path, description_file: Path, table: pd.DataFrame, entry
     columns: dict[str, int] = {}
     for place, name in enumerate(ours):
         if name is not None:
-            columns.setdefault(name, place)  # newer logs repeat the commands' q_d after the state's
+            columns.setdefault(name, place)  # newer logs repeat the commanded q_d: the first counts
     angles = [f"q_{i + 1}" for i in range(len(entry.joints))]
     for name in (*angles, "time"):
         if name not in columns:
@@ -182,17 +182,14 @@ def _find_columns(path: Path, description_file: Path, table: pd.DataFrame, entry
 def _are_postures(
     table: pd.DataFrame, columns: Mapping[str, int], angles: Sequence[str], names: Sequence[str], entry: RunEntry
 ) -> bool:
-    """Returns True if a table without times has one row per posture."""
+    """Returns True if each row of a table without times is a separate posture."""
     if entry.postures is False or any(_TIME.search(name) for name in names) or "v_1" in columns:
         return False
     return _looks_held(entry.units.q * table.to_numpy()[:, [columns[name] for name in angles]])
 
 
 def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
-    """Suggests how the description can name the log's own columns.
-
-    The suggestion uses the best-fitting names, if any.
-    """
+    """Suggests a line for the description that maps columns of the log to a missing column."""
     if missing == "time":
         likely = [name for name in names if _TIME.search(name)]
         if not likely:
@@ -205,7 +202,7 @@ def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
 
 
 def _describe_missing_signal(kind: SignalKind, columns: Mapping[str, int], num: int) -> str:
-    """Describes the signal's missing columns, and another signal that would fit."""
+    """Describes the missing columns of a signal, and the kind of signal that the table contains instead."""
     name = "current" if kind is SignalKind.CURRENT else "tau"
     wanted = ", ".join(WRENCH_COLUMNS) if kind is SignalKind.WRENCH else f"{name}_1 to {name}_{num}"
     fitting = {"tau_1": "joint_torque or signal: motor_torque", "current_1": "current", "fx": "wrench"}
@@ -215,7 +212,7 @@ def _describe_missing_signal(kind: SignalKind, columns: Mapping[str, int], num: 
 
 
 def _get_map(entry: RunEntry) -> ColumnMap:
-    """Returns the column map of the logger, or of the log's own names."""
+    """Returns the column map of the logger, or one built from the description."""
     if isinstance(entry.columns, dict):
         return build_column_map(entry.columns)
     return COLUMN_MAPS[entry.columns if isinstance(entry.columns, str) else "standard"]
@@ -267,10 +264,10 @@ def _build_run(
 
 
 def _build_postures(path: Path, table: pd.DataFrame, description: RunDescription, q: Array, signal: Array) -> Run:
-    """Builds the run of held postures, with the mean signal of each.
+    """Builds the run of held postures from the mean signal of each posture.
 
-    Consecutive rows with the same joint angles are averaged. If the longest stay has at least five rows, stays of
-    fewer rows count as motion and are left out.
+    Consecutive rows with the same joint angles are averaged. If the longest stay has at least five rows, shorter
+    stays count as motion and are left out.
     """
     if not len(q):
         raise BadValueError(path, "", f"has no rows, must have at least {FEWEST_POSTURES} postures")
@@ -293,5 +290,5 @@ def _build_postures(path: Path, table: pd.DataFrame, description: RunDescription
 
 
 def _looks_held(q: Array) -> bool:
-    """Returns True if rows of a table without times are separate postures. Most of them must be far apart."""
+    """Returns True if the rows of a table without times are separate postures, mostly far apart."""
     return len(q) >= FEWEST_POSTURES and bool(np.median(np.abs(np.diff(q, axis=0)).max(axis=1)) > _APART)

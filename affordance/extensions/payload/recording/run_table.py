@@ -1,7 +1,6 @@
 """Reads tables of recordings: CSV, NumPy's .npz, Parquet, and LeRobot folders.
 
-Text has one row per sample. Each format's own library reads it into a data frame of numbers, whose index is the row
-of the file, from 1.
+The result is a data frame of numbers with one row per sample. Its index is the row number in the file, from 1.
 """
 
 import zipfile
@@ -18,25 +17,25 @@ from affordance.files import bounded
 from affordance.files.constraints import check_names
 from affordance.files.text_table import read_table
 
-ARRAYS = (".npz", ".parquet")  # suffixes of files of arrays
+ARRAYS = (".npz", ".parquet")  # suffixes of array files
 _EFFORTS = ("effort", "torque", "current", "force", "wrench")
 
 
 def read_text(path: Path, skipped: int = 0) -> pd.DataFrame:
-    """Reads rows of numbers below a number of skipped rows. Names of columns are empty without a header line.
+    """Reads a text table. Column names are empty if there is no header line.
 
     Raises:
-        BadValueError: The file cannot be read, or a row is incomplete or not of numbers; the message names it.
+        BadValueError: The file cannot be read, or a row is incomplete or contains text; the message names the row.
     """
     table = read_table(path, skipped, "skip_rows: N skips N rows above a table")
     return pd.DataFrame(table.values, table.rows, table.names)
 
 
 def read_arrays(path: Path) -> pd.DataFrame:
-    """Reads a .npz or .parquet file. The columns of a matrix become NAME_1, NAME_2 and so on.
+    """Reads a .npz or .parquet file. The columns of a matrix are named NAME_1, NAME_2 and so on.
 
     Raises:
-        BadValueError: The file is not a table of numbers, or unpacks to more than the largest size of a recording.
+        BadValueError: The file is not a table of numbers, or is too large when unpacked.
     """
     bounded.check_size(path, bounded.RECORDING)
     read = _read_npz if path.suffix == ".npz" else _read_parquet
@@ -48,7 +47,7 @@ def read_arrays(path: Path) -> pd.DataFrame:
         first = (str(error).splitlines() or [""])[0][:100]
         raise BadValueError(path, "", f"is not a {path.suffix} file of numbers: {show_value(first)}") from error
     check_names(path, "columns", tuple(arrays))
-    sampled = {name: values for name, values in arrays.items() if values.size > 1}  # not the sampling rate
+    sampled = {name: values for name, values in arrays.items() if values.size > 1}  # no scalars, such as the rate
     lengths = Counter(len(values) for values in sampled.values())
     if not lengths:
         raise BadValueError(path, "", "has no array of numbers along time")
@@ -68,7 +67,7 @@ def read_arrays(path: Path) -> pd.DataFrame:
 
 
 def build_frame(columns: Mapping[str, Array]) -> pd.DataFrame:
-    """Builds a table from columns, (N,) each."""
+    """Builds a table from columns with shape (N,) each."""
     frame = pd.DataFrame(dict(columns), dtype=float)
     frame.index += 1
     return frame
@@ -99,10 +98,10 @@ def read_lerobot(path: Path) -> pd.DataFrame:
 
 
 def check_unpacked(path: Path, size: float) -> None:
-    """Checks the size of a file's unpacked contents, [bytes].
+    """Checks the unpacked size of a file, [bytes].
 
     Raises:
-        BadValueError: The size is more than the largest size of a recording.
+        BadValueError: The size exceeds the largest size of a recording.
     """
     if size > bounded.RECORDING:
         problem = f"unpacks to {size / 1e6:.3g} MB, must be at most {bounded.RECORDING / 1e6:g} MB"
@@ -128,7 +127,7 @@ def _read_parquet(path: Path) -> dict[str, Array]:
     arrays: dict[str, Array] = {}
     for name in frame:
         lists = frame[name].dtype == object and not isinstance(frame[name].iloc[0], str)
-        if lists or pd.api.types.is_numeric_dtype(frame[name].dtype):  # not the name of the task
+        if lists or pd.api.types.is_numeric_dtype(frame[name].dtype):  # texts such as the task's name are left out
             arrays[name] = np.asarray(np.stack(list(frame[name])) if lists else frame[name], dtype=float)
     for name, values in arrays.items():
         if not np.isfinite(values).all():

@@ -1,1 +1,1 @@
-"""Weighs loads on a force-torque sensor from poses, without a robot's file or Drake."""
+"""Weighs loads with a force-torque sensor at rest, without a robot's file or Drake."""

@@ -1,7 +1,4 @@
-"""Bayesian linear regression with unknown error variance and coefficient spread.
-
-The spread concerns some of the coefficients.
-"""
+"""Bayesian linear regression with unknown error variance and unknown SD of some coefficients."""
 
 from typing import NamedTuple
 
@@ -9,14 +6,14 @@ import numpy as np
 
 from affordance.arrays import Array
 
-# Grid of the errors' SD in units of that of least squares, even in the logarithm as its prior is.
+# Logarithmic grid of the errors' SD, in units of the least-squares estimate.
 _RELATIVE = np.geomspace(1.0 / 30.0, 12.0, 60)
-_LEAST = 1e-4  # least SD of errors relative to the size of what is measured; no sensor is better
+_LEAST = 1e-4  # least SD of errors relative to the measured quantity; no sensor is better
 _STEP = float(np.log(_RELATIVE[1] / _RELATIVE[0]))
 
 
 class Regression(NamedTuple):
-    """Posterior of the coefficients: a mixture of normals over C grid cells. The grid has spreads and error SDs."""
+    """Posterior of the coefficients: a mixture of C normals, one per grid cell of prior SDs and error SD."""
 
     log_evidence: float
     weights: Array  # probabilities of the cells, shape (C,)
@@ -44,15 +41,15 @@ class Regression(NamedTuple):
 
 
 def regress(X: Array, y: Array, sds: Array) -> Regression:
-    """Fits y = X b + e by Bayes' rule, with errors e of unknown variance.
+    """Fits y = X b + e with errors e of unknown variance, using Bayes' rule.
 
-    The SD of the errors has Jeffreys's prior, and the coefficients are normal about zero. For one spread this is
-    Student's t; the spreads are equally probable.
+    The SD of the errors has Jeffreys's prior, and the coefficients are normal about zero. The alternative sets of
+    prior SDs are equally probable. With one set, the posterior is Student's t.
 
     Args:
         X: Columns, shape (n, k).
         y: Measurements, shape (n,).
-        sds: Prior SDs of the coefficients for each spread, shape (S, k).
+        sds: Prior SDs of the coefficients in each of S sets, shape (S, k).
     """
     size = np.sqrt(y @ y / len(y)) + np.finfo(float).tiny
     solution, _, rank, _ = np.linalg.lstsq(X, y, rcond=1e-9)
@@ -60,7 +57,7 @@ def regress(X: Array, y: Array, sds: Array) -> Regression:
     typical = np.sqrt(left @ left / max(len(y) - int(rank), 1))
     relative = np.maximum(typical * _RELATIVE, _LEAST * size)
     sigmas, sds = np.tile(relative, len(sds)), np.repeat(sds, len(_RELATIVE), axis=0)
-    # In units of the prior SDs, so that rounding matters little where data show nothing.
+    # In units of the prior SDs, so that rounding errors are small for coefficients that the data do not determine.
     outer = sds[:, :, None] * sds[:, None]
     precisions = X.T @ X * outer / sigmas[:, None, None] ** 2 + np.eye(X.shape[1])
     information = sds * (X.T @ y) / sigmas[:, None] ** 2

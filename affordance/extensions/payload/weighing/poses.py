@@ -18,7 +18,7 @@ from affordance.files.constraints import StrPath, check_path
 from affordance.files.text_table import TextTable, read_table
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-# Forms of the sensor's orientation, each with its columns: that of S in B, or a direction in S.
+# Forms of the sensor's orientation and their columns: the orientation of S in B, or a direction in S.
 FORMS: Mapping[str, tuple[str, ...]] = {
     "quaternion": ("qw", "qx", "qy", "qz"),
     "matrix": tuple(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)),
@@ -27,7 +27,7 @@ FORMS: Mapping[str, tuple[str, ...]] = {
     "gravity": ("gx", "gy", "gz"),
     "accelerometer": ("ax", "ay", "az"),
 }
-# What three angles may be instead of their form, each with its axes in SciPy's letters.
+# Other meanings of three angles, with the axes in SciPy's letters.
 _BASE, _TURNED = "the base's axes x, then y, then z", "the turned axes of the sensor"
 _MISTAKEN: Mapping[str, Mapping[str, str]] = {
     "rpy": {f"roll, pitch, yaw seem to be about {_TURNED}, not about the base's": "XYZ"},
@@ -38,43 +38,43 @@ _MISTAKEN: Mapping[str, Mapping[str, str]] = {
 }
 # Units other than N and N m in a column's name.
 _FOREIGN_UNIT = re.compile(r"[\[(]\s*((?:kg|kp|gf|lb|oz|[km]n|n\W?[cm]m)[^\])]*)", re.IGNORECASE)
-FEWEST = 4  # three poses determine mass, centre of mass and offsets; a fourth shows the errors
-# Names under which programs of ROS write columns, as in "wrench.force.x", each with the letter of our name.
+FEWEST = 4  # three poses determine mass, centre of mass and offsets; a fourth reveals errors
+# Names that ROS programs write, as in "wrench.force.x", and the letter of our column name.
 _LONG = {"force": "f", "torque": "t", "orientation": "q", "quaternion": "q", "linear_acceleration": "a"}
 _LONG_NAME = re.compile(rf"(?:.*[./_])?({'|'.join(_LONG)})[./_]([wxyz])")
-# Names of Universal Robots' recorder (RTDE): force and torque at the TCP, and its pose with a rotation vector.
+# Names that Universal Robots' recorder (RTDE) writes: force and torque at the TCP, and its pose as a rotation vector.
 _RTDE = {f"actual_tcp_force_{i}": name for i, name in enumerate(WRENCH)}
 _RTDE |= {f"actual_tcp_pose_{i}": name for i, name in enumerate(FORMS["rotation_vector"], start=3)}
 _SAME_POSE = np.radians(2.0)  # largest angle between rows of one pose, [rad]
-# A stay is a pose if it has this share of the rows of the longest one, once that has so many rows; others are motion.
+# If the longest stay has at least this many rows, shorter stays are poses only with at least this share of its rows.
 _LEAST_SHARE, _MANY = 0.2, 5
-_ROUNDING = 0.02  # largest error of the length of a quaternion or of a matrix's axes, [1]
+_ROUNDING = 0.02  # largest error in the norm of a quaternion or of a matrix's columns, [1]
 
 
 class Poses(NamedTuple):
-    """Poses of a sensor at rest, each the mean of its rows."""
+    """Poses of a sensor at rest, each averaged over its rows."""
 
     source: str  # name of the table
     form: str  # form of the orientation, a key of ``FORMS``
     R_BS: Array | None  # orientation of the sensor, shape (N, 3, 3); None if only the direction of gravity is known
-    down_S: Array  # direction of gravity in the sensor's axes, shape (N, 3), of length 1
-    wrench: Array  # force, [N], and torque about So, [N m], in the axes that the table has, shape (N, 6)
+    down_S: Array  # unit vector along gravity in the sensor's axes, shape (N, 3)
+    wrench: Array  # force, [N], and torque about So, [N m], in the axes of the table, shape (N, 6)
     counts: Array  # number of rows of each pose, shape (N,)
-    lengths: Array  # length of the accelerometer's reading, in the table's unit, shape (N,); empty without one
+    lengths: Array  # norm of the accelerometer's reading, in the table's unit, shape (N,); empty without one
     num_left_out: int = 0  # number of rows between poses
-    mistaken: Mapping[str, Array] = {}  # orientations like R_BS if the form is a mistake, by a sentence that says so
+    mistaken: Mapping[str, Array] = {}  # R_BS for other meanings of the angles, by their description
 
 
 def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.0, -1.0)) -> Poses:
     """Reads a force-torque sensor's poses and wrenches from a table.
 
-    Successive rows whose orientations are within two degrees are one pose, or rows with the same number in a column
-    ``pose``. Short stays between long ones are left out.
+    A pose consists of successive rows whose orientations agree within two degrees, or that have the same number in a
+    column ``pose``. Short stays between long stays are left out.
 
     Args:
         path: CSV with columns ``fx fy fz tx ty tz``, [N] and [N m], and the columns of one form of orientation.
-        form: Form to use if the table has several, a key of ``FORMS``; empty for the only one.
-        down_B: Direction in which gravity pulls, in the base, shape (3,).
+        form: Form of orientation to use if the table has several, a key of ``FORMS``; empty if there is only one.
+        down_B: Direction of gravity in the base, shape (3,).
 
     Raises:
         BadValueError: The table cannot be read, lacks columns, has a wrong value, or has fewer than four poses.
@@ -101,11 +101,11 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
     if form in ("gravity", "accelerometer"):
         lengths = np.linalg.norm(values, axis=1)
         _refuse(path, table, FORMS[form][0], lengths < 1e-3, "is part of a direction of length 0, must have a length")
-        # At rest an accelerometer feels the force that holds it, which points up.
+        # At rest an accelerometer measures the supporting force, which points up.
         marks = values / lengths[:, None] * (1.0 if form == "gravity" else -1.0)
     else:
         rotations = _build_rotations(path, table, form, values)
-        # Distances of rotations are those of small angles.
+        # The distance of two scaled rotation matrices equals the angle between them if it is small.
         marks = rotations.as_matrix().reshape(-1, 9) / np.sqrt(2.0)
     starts, ends = _find_stays(marks, columns.get("pose"))
     counts = ends - starts
@@ -133,9 +133,9 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
 
 
 def _shorten(name: str) -> str:
-    """Returns our name of a column. Examples: "wrench.force.x" is fx, "Mx [Nm]" tx, and "Roll (deg)" roll_deg."""
+    """Returns our column name. Examples: "wrench.force.x" is fx, "Mx [Nm]" is tx, and "Roll (deg)" is roll_deg."""
     name = re.sub(r"\s*[\[(](deg|°).*", "_deg", name.strip().lower())
-    name = re.sub(r"\s*[\[(].*", "", name)  # another unit
+    name = re.sub(r"\s*[\[(].*", "", name)  # without the unit
     name = re.sub("^m(?=[xyz]$)", "t", name)
     found = _LONG_NAME.fullmatch(name)
     return f"{_LONG[found[1]]}{found[2]}" if found else _RTDE.get(name, name)
@@ -155,7 +155,7 @@ def _choose_form(path: Path, form: str, columns: Mapping[str, Array]) -> str:
 
 
 def _refuse(path: Path, table: TextTable, name: str, is_bad: Mask, problem: str) -> None:
-    """Rejects bad rows. The BadValueError names the first one."""
+    """Raises a BadValueError for the first bad row, if any."""
     if is_bad.any():
         raise BadValueError(path, f"row {table.rows[int(np.argmax(is_bad))]}, column {name}", problem)
 
@@ -182,7 +182,7 @@ def _build_rotations(path: Path, table: TextTable, form: str, values: Array) -> 
 
 
 def _find_stays(marks: Array, numbers: Array | None) -> tuple[Array, Array]:
-    """Finds first rows and ends of poses, (K,) each. A pose is a series of successive rows."""
+    """Finds the first row and the end of each stay, (K,) each. A stay is a series of successive rows."""
     if numbers is not None:
         starts = [0, *(np.flatnonzero(np.diff(numbers)) + 1)]
     else:

@@ -1,6 +1,7 @@
 """Computes mass and centre of mass of a load on a force-torque sensor, from poses at rest.
 
-No robot file is needed. Axes of the wrench, its sign and the sense of the orientations are chosen by evidence.
+No robot file is needed. Bayes factors decide which axes and sign the wrench has, and if the orientations are
+inverted.
 """
 
 from collections.abc import Sequence
@@ -24,23 +25,23 @@ from affordance.extensions.payload.weighing.wrench_model import (
 _NUM_SAMPLES = 20_000
 _COMMON_SD = PRIORS[SignalKind.WRENCH].scale_common_sd  # relative SD of a factor common to all axes
 _TAKEN = float(np.log(20.0))  # log odds above which the axes of the wrench are certain
-_INVERTED = -float(np.log(10.0))  # prior log odds that the orientations are those of the base in the sensor
-_SEEN_MASS, _SEEN_CENTRE = 0.4, 0.1  # largest SDs: relative of the mass, as for identify; of the centre, [m]
-_LIGHT = 0.1  # mass below which little or nothing is borne, [kg]
-# In 25 simulated tables each, a sensor turned by 8 degrees was noticed in 5 with four poses, and in 25 with five.
+_INVERTED = -float(np.log(10.0))  # prior log odds that the orientations are inverted, of the base in the sensor
+_SEEN_MASS, _SEEN_CENTRE = 0.4, 0.1  # largest SDs of mass, relative as in identify, and centre, [m]
+_LIGHT = 0.1  # mass below which little or nothing is held, [kg]
+# Number of 25 simulated tables in which a sensor turned by 8 degrees was noticed: 5 with four poses, 25 with five.
 _FIFTH = "; a fifth would also show whether the sensor is turned against the orientations, which four hardly do"
-_HELPS = 0.95  # a next pose that leaves a larger share of all SDs is not worth it
+_HELPS = 0.95  # ratio of SDs above which another pose is not worth it
 
 
 class Weighing(NamedTuple):
-    """Load on a force-torque sensor: posterior, reading of the table, and doubts."""
+    """Load on a force-torque sensor: posterior, interpretation of the table, and doubts."""
 
     poses: Poses
     axes: str  # axes of the wrench, "sensor" or "base"
-    force_on: str  # what the wrench acts on, "robot" or "object"
+    force_on: str  # body on which the wrench acts, "robot" or "object"
     samples: Array  # mass, centre of mass, offsets of force and torque, shape (S, 10), [kg], [m], [N], [N m]
     residual: Array  # root mean square residual of each axis, shape (6,), [N], [N m]
-    next_pose: str = ""  # sentence about the pose to measure next
+    next_pose: str = ""  # sentence about the best next pose
     doubts: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -51,15 +52,12 @@ class Weighing(NamedTuple):
 
     @property
     def parameters(self) -> Array:
-        """Samples of mass and first moment m, m c, (S, 4), [kg], [kg m]."""
+        """Posterior samples of mass and first moment m, m c, (S, 4), [kg], [kg m]."""
         return np.column_stack([self.samples[:, 0], self.samples[:, :1] * self.samples[:, 1:4]])
 
     @property
     def centre_of_mass(self) -> Array:
-        """Centre of mass in the sensor's axes, shape (3,), [m].
-
-        The centre is the mean first moment over the mean mass.
-        """
+        """Centre of mass in the sensor's axes, mean first moment over mean mass, shape (3,), [m]."""
         mean = self.parameters.mean(axis=0)
         return np.asarray(mean[1:] / mean[0])
 
@@ -70,21 +68,18 @@ class Weighing(NamedTuple):
 
     @property
     def intervals(self) -> Array:
-        """Ends of the intervals of mass, centre and offsets, shape (10, 4).
-
-        The ends are low50, high50, low90 and high90.
-        """
+        """Intervals of mass, centre and offsets, shape (10, 4): low50, high50, low90, high90."""
         return np.quantile(self.samples, [0.25, 0.75, 0.05, 0.95], axis=0).T
 
     @property
     def is_light(self) -> bool:
-        """True if the mass is known to be small, but not how small."""
+        """True if the mass is small, with a large relative uncertainty."""
         is_small = self.intervals[0, 3] < _LIGHT and self.residual[:3].max() < _LIGHT * GRAVITY
         return bool(is_small and self.sd[0] > _SEEN_MASS * self.mass)
 
     @property
     def shows_mass(self) -> bool:
-        """True if the poses show the mass, or that it is little or nothing."""
+        """True if the poses determine the mass, or show that little or nothing is held."""
         return self.is_light or bool(self.sd[0] <= _SEEN_MASS * self.mass)
 
     @property
@@ -94,12 +89,12 @@ class Weighing(NamedTuple):
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """Parameters that the poses do not show, with the remedy, one sentence each."""
+        """Parameters that the poses do not determine, with the remedy, one sentence each."""
         axes = ", ".join(name for name, sd in zip("xyz", self.sd[1:4], strict=True) if sd > _SEEN_CENTRE)
         return (f"the centre of mass along {axes}: tilt the sensor about two axes",) if axes else ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns all results for JSON, in SI units, with the keys of ``identify``."""
+        """Converts all results for JSON, in SI units, with the keys of ``identify``."""
         ends, parameters = self.intervals, self.parameters
         return {
             "trusted": self.is_trusted,
@@ -137,13 +132,13 @@ class Weighing(NamedTuple):
 def weigh(
     poses: Poses, *, axes: str = "", force_on: str = "", down_B: Sequence[float] = (0.0, 0.0, -1.0), seed: int = 0
 ) -> Weighing:
-    """Weighs the load on a force-torque sensor in poses at rest.
+    """Estimates the load on a force-torque sensor from poses at rest.
 
     Args:
         poses: Poses from ``read_poses``.
-        axes: Axes of the wrench, "sensor" or "base"; empty to find them by evidence.
-        force_on: Body on which the wrench acts, "robot" or "object"; empty to find it by evidence.
-        down_B: Direction in which gravity pulls, in the base, shape (3,).
+        axes: Axes of the wrench, "sensor" or "base"; empty to choose them by their evidence.
+        force_on: Body on which the wrench acts, "robot" or "object"; empty to choose it by its evidence.
+        down_B: Direction of gravity in the base, shape (3,).
         seed: Seed of the samples.
     """
     down = np.array(down_B) / np.linalg.norm(down_B)
@@ -190,7 +185,7 @@ def weigh(
 
 
 def _compare_ways(ways: Sequence[Interpretation], odds: Array, best: int, axes: str) -> tuple[list[str], list[str]]:
-    """Compares ways to read the table. Returns doubts and notes."""
+    """Compares interpretations of the table. Returns doubts and notes."""
     if len(ways) == 1:
         return [], []
     doubts, notes, way = [], [], ways[best]
@@ -213,7 +208,7 @@ def _compare_ways(ways: Sequence[Interpretation], odds: Array, best: int, axes: 
 
 
 def _advise(weighing: Weighing, forces: Regression, torques: Regression) -> str:
-    """Finds the most helpful direction of gravity, in words. This direction narrows mass and centre of mass most."""
+    """Describes the direction of gravity that would reduce the SDs of mass and centre of mass most."""
     cells = [int(np.argmax(fit.weights)) for fit in (forces, torques)]
     mass, moment = forces.mean[0], torques.mean[:3]
     tried = [np.array(each, dtype=float) for each in np.ndindex(3, 3, 3) if each != (1, 1, 1)]
@@ -221,7 +216,7 @@ def _advise(weighing: Weighing, forces: Regression, torques: Regression) -> str:
     def predict(down: Array | None) -> tuple[float, float]:
         """Predicts the SDs of mass, [kg], and centre of mass, [m], with one more pose.
 
-        The centre's SD is along its least known axis.
+        The SD of the centre is along its least certain axis.
         """
         covariances = []
         for kind, (fit, c) in enumerate(zip((forces, torques), cells, strict=True)):
@@ -246,7 +241,7 @@ def _advise(weighing: Weighing, forces: Regression, torques: Regression) -> str:
         return "no single further pose narrows mass or centre of mass by more than 5 %"
     signs = [f"{'+' if value > 0 else '-'}{name}" for name, value in zip("xyz", downs[best], strict=True) if value]
     along = signs[0] if len(signs) == 1 else f"halfway between {' and '.join(signs)}"
-    # The cells are typical ones; the SDs are those of all cells together.
+    # The ratios of SDs come from typical grid cells; the SDs before average over all cells.
     mass_before, centre_before = 1e3 * weighing.sd[0], 1e3 * weighing.sd[1:4].max()
     mass_after, centre_after = (
         old * new / was for old, new, was in zip((mass_before, centre_before), after[best], before, strict=True)

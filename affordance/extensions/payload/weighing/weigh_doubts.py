@@ -1,6 +1,6 @@
 """Finds reasons to doubt a weighing.
 
-Other causes may explain the wrenches much better than a load, gains and constant offsets.
+A doubt is another cause that explains the wrenches much better than a load, gains and constant offsets do.
 """
 
 import itertools
@@ -20,20 +20,20 @@ from affordance.extensions.payload.weighing.wrench_model import (
     sum_evidence,
 )
 
-DOUBTED = float(np.log(100.0))  # log odds of a doubt
-# SDs of what is doubted: errors of the axes, relative to the load, and share of the last pose that is left.
+DOUBTED = float(np.log(100.0))  # log odds above which another cause is reported
+# Prior SDs of other causes: misaligned axes, relative to the load, and the share of the previous pose that remains.
 _TURNED_SD, _LAG_SD = 0.3, 0.3
-_ANGLE = 3.0  # angle between sensor and orientations from which axes count as turned, [deg]
-_UNEXPLAINED = 0.5  # share of the forces' variation, as for ``identify``
-# Distance of a load that no arm bears on its sensor, [m], and force that no sensor's noise exceeds, [N].
+_ANGLE = 3.0  # angle from which the sensor counts as turned against the orientations, [deg]
+_UNEXPLAINED = 0.5  # largest unexplained share of the forces' variation, as in ``identify``
+# Lever arm that exceeds any real load's, [m], and force that exceeds any sensor's noise, [N].
 _TOO_FAR, _NOISE = 1.0, 1.0
 _LENGTH_SPREAD = 0.03  # largest relative difference of an accelerometer's readings
-_FAR = 5.0 * np.sqrt(2.0) * GAIN_SD  # difference of two axes' gains that is doubted, as far as for ``identify``
-_SURE = 3.0  # SDs of such a difference at which it is certain
+_FAR = 5.0 * np.sqrt(2.0) * GAIN_SD  # difference of two axes' gains that is reported, as in ``identify``
+_SURE = 3.0  # SDs from zero at which such a difference is certain
 
 
 def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regression]) -> list[str]:
-    """Finds much better explanations of the wrenches than a load, gains and offsets. Each is a sentence."""
+    """Finds causes that explain the wrenches much better than a load does, one sentence each."""
     wrong = check_torques(model) or _find_unexplained(poses, model, fits)
     doubts = [*_compare_gains(fits), *wrong, *_check_lengths(poses)]
     plain, num = sum_evidence(fits), len(poses.counts)
@@ -41,7 +41,7 @@ def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regres
     axes = np.tile(np.eye(3), (num, 1, 1))
 
     def vary(course: Array) -> float:
-        """Computes the log evidence of offsets that follow a course, (N,)."""
+        """Computes the log evidence of offsets that vary with a time course, (N,)."""
         column = (course[:, None, None] * axes).reshape(-1, 3)
         return sum_evidence(model.fit([(column, np.full(3, size)) for size in sizes]))
 
@@ -67,7 +67,10 @@ def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regres
 
 
 def check_torques(model: WrenchModel) -> list[str]:
-    """Finds torques that vary more than any load's. Causes are another unit or exchanged columns."""
+    """Detects variations of torque that are too large for any load.
+
+    Causes are a wrong unit or exchanged columns.
+    """
     force, torque = (float(each.reshape(-1, 3).var(axis=0).sum()) for each in model.signals)
     lever = np.sqrt(torque / max(force, _NOISE**2))
     said = f"torques vary as those of a load {lever:.0f} m away: their unit or columns are wrong"
@@ -75,7 +78,7 @@ def check_torques(model: WrenchModel) -> list[str]:
 
 
 def _compare_gains(fits: tuple[Regression, Regression]) -> list[str]:
-    """Compares the axes' gains of forces and of torques."""
+    """Compares the gains of the three axes, for forces and for torques."""
     doubts = []
     for fit, word, start in ((fits[0], "mass", 1), (fits[1], "first moment", 3)):
         gains, part = 1.0 + fit.mean[start : start + 3], slice(start, start + 3)
@@ -91,10 +94,7 @@ def _compare_gains(fits: tuple[Regression, Regression]) -> list[str]:
 
 
 def _find_unexplained(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regression]) -> list[str]:
-    """Finds wrenches that do not follow gravity, or only after a correction.
-
-    Columns may be exchanged or of the wrong sign.
-    """
+    """Detects wrenches that do not follow gravity unless columns are exchanged or signs reversed."""
     gravity = GRAVITY * poses.down_S[:, :, None]
     levers = np.stack([np.cross(axis, gravity[..., 0]) for axis in np.eye(3)], axis=2)
     kinds = (("fx, fy, fz follow gravity", gravity), ("tx, ty, tz follow a load's", levers))
@@ -107,7 +107,7 @@ def _find_unexplained(poses: Poses, model: WrenchModel, fits: tuple[Regression, 
             for signs in itertools.product((1.0,), (1.0, -1.0), (1.0, -1.0)):
                 turned = of_load[:, order] * np.array(signs)[:, None]
                 fit = regress(np.column_stack([turned.reshape(len(read), -1), X[:, -3:]]), read, sds)
-                flip = 1.0 if sum(signs) > 0.0 else -1.0  # the sign of all three is not known
+                flip = 1.0 if sum(signs) > 0.0 else -1.0  # the common sign of all three is unknown
                 names = zip(order, signs, strict=True)
                 axes = [f"{'+' if flip * sign > 0 else '-'}{'xyz'[axis]}" for axis, sign in names]
                 orders[", ".join(axes)] = fit.log_evidence
@@ -120,14 +120,17 @@ def _find_unexplained(poses: Poses, model: WrenchModel, fits: tuple[Regression, 
 
 
 def _check_lengths(poses: Poses) -> list[str]:
-    """Compares the lengths of an accelerometer's readings. At rest they are equal."""
+    """Compares the norms of an accelerometer's readings, which are equal at rest."""
     if not len(poses.lengths) or (spread := np.ptp(poses.lengths) / poses.lengths.mean()) <= _LENGTH_SPREAD:
         return []
     return [f"the accelerometer's readings differ in length by {100.0 * spread:.0f} %: it has offsets, or it moved"]
 
 
 def _describe_turn(M: Array) -> str:
-    """Describes forces that are M, (3, 3), times the load's forces. The text is empty unless forces are turned."""
+    """Describes the rotation in a matrix M, (3, 3), that maps the load's forces to the measured forces.
+
+    The text is empty if the rotation is small.
+    """
     turn = Rotation.align_vectors(M.T, np.eye(3))[0].as_rotvec()
     angle = float(np.degrees(np.linalg.norm(turn)))
     if angle < _ANGLE:

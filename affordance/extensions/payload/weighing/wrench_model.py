@@ -1,10 +1,9 @@
-"""Models force and torque of a resting load by two linear regressions.
+"""Models force and torque of a resting load with two linear regressions.
 
-The unknowns are mass and first moment.
+    f = m g_S + offset + error,    t = c x m g_S + offset + error
 
-    f = m g_S + offset + error,    t = c x m g_S + offset + error,    g_S gravity in the sensor's axes
-
-Each axis has a gain that multiplies the load's contribution.
+The unknowns are mass m, first moment m c and offsets; g_S is gravity in the sensor's axes. Each axis has a gain that
+multiplies the load's contribution.
 """
 
 from collections.abc import Sequence
@@ -17,17 +16,17 @@ from affordance.extensions.payload.settings import PRIORS, SignalKind
 from affordance.extensions.payload.weighing.bayes import Regression, regress
 from affordance.extensions.payload.weighing.poses import Poses
 
-GRAVITY = 9.81  # [m/s^2]; it varies by a quarter of a per cent over the Earth
-# Relative SDs of the axes' gains, equally probable, about that of a wrist sensor in the settings of ``identify``.
+GRAVITY = 9.81  # [m/s^2]; varies by a quarter of a per cent over the Earth
+# Relative SDs of the axes' gains, equally probable, around the SD of a wrist sensor in the settings of ``identify``.
 GAIN_SD = PRIORS[SignalKind.WRENCH].scale_own_sd
 _SPREADS = GAIN_SD * np.array([0.1, 0.3, 1.0, 2.0, 4.0])
 # Prior SDs of weight and offsets, relative to the wrench, and of the centre of mass along each axis, [m].
 _BROAD, _REACH = 10.0, 0.5
-_LEAST_SIZE = 1e-3  # least size of a wrench and of a mass in these priors, [N], [N m], [kg]
+_LEAST_SIZE = 1e-3  # lower bound of wrench and mass in these priors, [N], [N m], [kg]
 
 
 class Interpretation(NamedTuple):
-    """Way to read the table.
+    """Interpretation of a table.
 
     Attributes:
         axes: Axes of the wrench, "sensor" or "base".
@@ -48,15 +47,18 @@ class Interpretation(NamedTuple):
 
 
 class WrenchModel(NamedTuple):
-    """Columns of force and torque on mass or first moment, gains, and offsets. Gains follow a first fit."""
+    """Linear models of force and torque with unknown load, gains and offsets.
+
+    Gains multiply the load's contribution in a first fit.
+    """
 
     columns: tuple[Array, Array]  # shapes (3 N, 7) and (3 N, 9)
     signals: tuple[Array, Array]  # (3 N,) each
     sds: tuple[Array, Array]  # prior SDs for each spread of the gains, shapes (S, 7) and (S, 9)
-    loads: tuple[Array, Array]  # what the load causes according to the first fit, (N, 3) each
+    loads: tuple[Array, Array]  # contribution of the load in the first fit, (N, 3) each
 
     def fit(self, extra: Sequence[tuple[Array, Array]] = ()) -> tuple[Regression, Regression]:
-        """Fits forces and torques, each with further columns and their SDs."""
+        """Fits forces and torques, each with additional columns and their prior SDs."""
         fits = []
         for kind, (X, y, sds) in enumerate(zip(self.columns, self.signals, self.sds, strict=True)):
             if extra:
@@ -67,7 +69,7 @@ class WrenchModel(NamedTuple):
 
 
 def build_model(gravity: Array, wrench: Array) -> WrenchModel:
-    """Builds the regressions of wrenches, (N, 6), on gravity, (N, 3), [m/s^2]. Gravity is in the sensor's axes."""
+    """Builds the regressions of wrenches, (N, 6), on gravity in the sensor's axes, (N, 3), [m/s^2]."""
     offset = np.tile(np.eye(3), (len(gravity), 1))
     basis = np.stack([np.cross(axis, gravity) for axis in np.eye(3)], axis=2).reshape(-1, 3)
     signals = wrench[:, :3].ravel(), wrench[:, 3:].ravel()
@@ -89,11 +91,11 @@ def build_model(gravity: Array, wrench: Array) -> WrenchModel:
 
 
 def sum_evidence(fits: tuple[Regression, Regression]) -> float:
-    """Returns the log evidence of forces and torques together."""
+    """Adds the log evidence of forces and torques."""
     return fits[0].log_evidence + fits[1].log_evidence
 
 
 def compute_residual(model: WrenchModel, fits: tuple[Regression, Regression]) -> Array:
-    """Computes the residual of wrenches, shape (N, 6). Mass, first moment, gains and offsets are subtracted."""
+    """Computes the residual of wrenches after subtracting the load, gains and offsets, shape (N, 6)."""
     parts = [(y - X @ fit.mean).reshape(-1, 3) for X, y, fit in zip(model.columns, model.signals, fits, strict=True)]
     return np.concatenate(parts, axis=1)

@@ -1,1 +1,1 @@
-"""Experiments in which people or observers lift objects."""
+"""Experiments in which human or simulated participants lift objects."""

@@ -1,7 +1,7 @@
-"""Writes a table of trials for PsychoPy, jsPsych, and the BIDS layout.
+"""Export of trial tables to PsychoPy, jsPsych and BIDS.
 
-A table is data: its texts are shown on the screen, and never run. All formats use the table's names of columns, so
-that recorded data can be read again.
+Texts of a table are shown on the screen and never executed. All formats keep the names of columns, so that recorded
+data can be read again.
 """
 
 import json
@@ -17,9 +17,9 @@ from affordance.files.atomic import write_text
 from affordance.files.template import render_template
 
 _PACKAGE = "affordance.extensions.people"
-# Columns that are written even if they say nothing new.
+# Columns that are written even if they are redundant.
 _ALWAYS = ("participant", "trial", "group", "phase", "cycle", "object", "do")
-# Description of each column in BIDS: text, and unit if it has one.
+# Description and unit of each column in BIDS.
 _DESCRIPTIONS: Mapping[str, tuple[str, str]] = {
     "participant": ("Name of the participant in the table of trials", ""),
     "trial": ("Number of the trial of this participant, from 1", ""),
@@ -39,12 +39,12 @@ _DESCRIPTIONS: Mapping[str, tuple[str, str]] = {
     "chosen": ("Grip that was chosen", ""),
     "response_time": ("Time from the prompt to the response", "s"),
 }
-# Columns that an experiment fills in.
+# Columns with data recorded during the experiment.
 RECORDED = ("force", "chosen", "response_time")
 
 
 def list_trials(table: TrialTable) -> pd.DataFrame:
-    """Lists the trials as texts, without empty or redundant columns."""
+    """Lists trials as strings, without empty or redundant columns."""
     rows = table.rows.drop(columns=["place", "tool", "trial", "options", *RECORDED], errors="ignore")
     rows.insert(1, "trial", rows.groupby("participant").cumcount() + 1)
     for name in ("teaches", "measured"):
@@ -60,11 +60,10 @@ def list_trials(table: TrialTable) -> pd.DataFrame:
 
 
 def write_psychopy(table: TrialTable, folder: Path) -> str:
-    """Writes a conditions file, and a script of the same name that runs it. Returns instructions.
+    """Writes a PsychoPy conditions file and a script that runs it, and returns instructions.
 
     Raises:
-        BadValueError: PsychoPy would not accept the name of a column, or would run a cell as Python: it evaluates
-            cells from ``[`` to ``]``.
+        BadValueError: The name of a column is not allowed in PsychoPy, or a cell in brackets would be executed.
     """
     trials, name = list_trials(table), table.source.stem
     for column in map(str, trials):
@@ -74,7 +73,7 @@ def write_psychopy(table: TrialTable, folder: Path) -> str:
         for row, cell in zip(table.numbers, trials[column], strict=True):
             if cell.startswith("[") and cell.endswith("]"):
                 raise BadValueError(
-                    table.source, f"row {row}, {column}", f"is {cell!r}, which PsychoPy would run; omit the brackets"
+                    table.source, f"row {row}, {column}", f"is {cell!r}, which PsychoPy would execute; omit brackets"
                 )
     write_text(folder / f"{name}.csv", trials.to_csv(index=False, lineterminator="\n"))
     write_text(folder / f"{name}.py", render_template(_PACKAGE, "psychopy.py.j2", escapes=False))
@@ -82,7 +81,7 @@ def write_psychopy(table: TrialTable, folder: Path) -> str:
 
 
 def write_jspsych(table: TrialTable, folder: Path) -> str:
-    """Writes a page with a jsPsych timeline of each participant. Returns instructions."""
+    """Writes a web page with a jsPsych timeline for each participant, and returns instructions."""
     name, people = table.source.stem, {}
     for participant, own in list_trials(table).groupby("participant", sort=False):
         people[str(participant)] = [
@@ -94,19 +93,17 @@ def write_jspsych(table: TrialTable, folder: Path) -> str:
 
 
 def write_bids(table: TrialTable, folder: Path) -> str:
-    """Writes a BIDS data set to fill in. The data set has a ``_beh.tsv`` for each participant, and one ``_beh.json``.
+    """Writes an empty BIDS data set: one ``_beh.tsv`` for each participant, and one ``_beh.json``.
 
     Raises:
-        BadValueError: Names of participants, reduced to letters and digits, are empty or equal.
+        BadValueError: Two names of participants have the same letters and digits, or a name has none.
     """
     trials, task = list_trials(table), re.sub(r"[^A-Za-z0-9]", "", table.source.stem) or "lift"
     labels: dict[str, str] = {}
     for name in table.participants:
         label = f"sub-{re.sub(r'[^A-Za-z0-9]', '', name)}"
         if label == "sub-" or label in labels.values():
-            problem = (
-                f"has {name!r}, which BIDS would call {label!r}; letters and digits must tell participants apart"
-            )
+            problem = f"has {name!r}, which BIDS would call {label!r}; BIDS labels must be different"
             raise BadValueError(table.source, "participant", problem)
         labels[name] = label
     recorded = [each for each in RECORDED if each != "chosen" or (trials["do"] == "choose").any()]
@@ -134,7 +131,7 @@ def write_bids(table: TrialTable, folder: Path) -> str:
     return f"{folder} is a BIDS data set; fill in the columns {', '.join(recorded)}"
 
 
-# Functions that write a table into a folder, by the name of the format.
+# Functions that write a table to a folder, by name of the format.
 FORMATS: Mapping[str, Callable[[TrialTable, Path], str]] = {
     "psychopy": write_psychopy,
     "jspsych": write_jspsych,

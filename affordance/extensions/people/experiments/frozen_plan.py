@@ -1,7 +1,7 @@
-"""Freezes the plan of an experiment before data collection, for a preregistration.
+"""Plan of an experiment that is frozen for preregistration.
 
-A plan is a JSON file with the trial table's and the objects' SHA-256, the learner and settings, the claims and the
-number of participants, and a SHA-256 of all of this. The plan and the files suffice to check that nothing changed.
+A plan is a JSON file with the learner, its settings, contrasts, claims, the number of participants, and SHA-256
+hashes of the trial table, of the tools file, and of the plan itself. The hashes detect later changes.
 """
 
 import hashlib
@@ -20,17 +20,17 @@ from affordance.files.atomic import to_plain
 from affordance.files.bounded import read_bytes, read_json
 from affordance.version import __version__
 
-# Key of the plan's own hash.
+# Key of the hash of the plan itself.
 _OWN = "sha256"
 
 
 def hash_trials(table: pd.DataFrame) -> str:
-    """Computes the SHA-256 of a trial table, written as CSV with line feeds."""
+    """Computes the SHA-256 hash of a trial table, formatted as CSV with line feeds."""
     return hashlib.sha256(table.to_csv(index=False, lineterminator="\n").encode()).hexdigest()
 
 
 def hash_file(path: Path) -> str:
-    """Computes the SHA-256 of a file."""
+    """Computes the SHA-256 hash of a file."""
     return hashlib.sha256(read_bytes(path, LARGEST)).hexdigest()
 
 
@@ -42,12 +42,12 @@ def describe_plan(
     contrasts: Sequence[str],
     claims: Sequence[str],
 ) -> dict[str, Any]:
-    """Describes a plan, with hashes of its files and of itself.
+    """Builds the JSON content of a plan, including all hashes.
 
     Args:
         table: Trial table.
-        objects: Tools file of its objects.
-        learner: Learner whose predictions are registered, with its parameters.
+        objects: Tools file with the objects of the table.
+        learner: Learner whose predictions are registered, including its parameters.
         settings: Changed settings, by name.
         contrasts: Planned contrasts.
         claims: Claims in words.
@@ -73,10 +73,10 @@ def check_plan(path: Path, trials: Path, objects: Path | None) -> dict[str, Any]
     Args:
         path: File of the plan.
         trials: Trial table.
-        objects: Tools file; None for the one named in the plan, next to the table.
+        objects: Tools file; None for the file that is named in the plan, in the folder of the table.
 
     Raises:
-        BadValueError: The plan is not one, or was changed, or the table or the objects were.
+        BadValueError: The file is not a plan, or the plan, table or tools file was changed.
     """
     plan = read_json(path)
     parts = ("table", "objects")

@@ -1,4 +1,4 @@
-"""Figures of forces in successive lifts, with human data."""
+"""Figures of lift forces over trials, with human data."""
 
 import itertools
 import math
@@ -18,36 +18,33 @@ from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.statistics import estimate_mean
 
 _BLACK = "#000000"
-# Largest number of observers drawn individually, and of objects with a row of panels.
+# Largest number of individually plotted observers, and of objects (rows of panels).
 _MOST_DRAWN, _MOST_OBJECTS = 30, 8
-_MOST_COLUMNS = 3  # of panels side by side, so that text is readable on a slide
+_MOST_COLUMNS = 3  # largest number of columns of panels, so that text is readable on a slide
 
 
 class LiftCurve(NamedTuple):
-    """Forces of R observers of a learner in C lifts, (R, C), [N].
-
-    If given, ``predicted`` are the forces that follow from other objects alone, (R, C), [N].
-    """
+    """Lift forces of R observers with the same learner in C lifts."""
 
     label: str
-    forces: Array
-    predicted: Array | None
+    forces: Array  # (R, C), [N]
+    predicted: Array | None  # forces predicted from other objects, (R, C), [N]
 
     def divide(self, weights: Array) -> "LiftCurve":
-        """Divides forces by the true weights of the objects, (R, C), [N]."""
+        """Normalises forces by the true weights of the objects, (R, C), [N]."""
         return LiftCurve(
             self.label, self.forces / weights, None if self.predicted is None else self.predicted / weights
         )
 
 
 class PeopleMark(NamedTuple):
-    """Mean of people with its 95 % interval, [N], for a range of lifts. Lifts are counted from 1."""
+    """Human mean lift force with 95 % interval, [N], for a range of lifts."""
 
     label: str
     value: float
     low: float
     high: float
-    first: int
+    first: int  # first lift of the range, from 1
     last: int
 
 
@@ -58,12 +55,12 @@ def draw_lifts(
     people: Sequence[PeopleMark],
     title: str,
 ) -> Figure:
-    """Plots forces in successive lifts, one panel per learner. Panels show individual observers and human intervals.
+    """Plots lift forces of individual observers and human means, one panel per learner.
 
     Args:
-        curves: Forces of each learner's observers.
-        weights: True weight in each of C lifts, (C,), [N]; None if forces were divided by it.
-        people: Means of people, drawn in every panel.
+        curves: Forces of the observers of each learner.
+        weights: True weight in each of C lifts, (C,), [N]; None if forces are normalised.
+        people: Human means, plotted in every panel.
         title: Title of the figure.
     """
     columns = min(len(curves), _MOST_COLUMNS)
@@ -114,9 +111,9 @@ def draw_lifts(
 
 
 def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
-    """Plots a column of a lift table over trials. Objects are rows of panels, learners are columns.
+    """Plots a column of a lift table over trials, with rows of panels for objects and columns for learners.
 
-    Each group has its own colour. If there are many objects, only the first are drawn.
+    Colours distinguish groups. Only the first objects are plotted if there are many.
     """
     lifts = lifts[lifts[column].notna()]
     objects = list(dict.fromkeys(lifts["object"]))[:_MOST_OBJECTS]
@@ -143,10 +140,7 @@ def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
 
 
 def _draw_group(axes: Axes, lifts: pd.DataFrame, column: str, colour: str, name: str) -> None:
-    """Plots a group's trials with one object.
-
-    Observers are thin lines, their mean has its interval, and the weight is dotted.
-    """
+    """Plots a group's trials with one object: thin lines of observers, mean with interval, and dotted weight."""
     if lifts.empty:
         return
     number = lifts.groupby("observer").cumcount() + 1
@@ -172,17 +166,17 @@ def draw_forces(
     predicted_by: Sequence[str] = (),
     people: Sequence[PeopleMark] = (),
 ) -> Figure:
-    """Plots the lift forces for some objects, one panel per learner.
+    """Plots lift forces for some objects, one panel per learner.
 
-    Where the objects' weights differ, forces are divided by the weight. The dashed curve is the prediction from other
-    objects: a line through force and size, fitted to their lifts between this lift and the next plotted one.
+    If the weights of the objects differ, forces are divided by weight. A dashed curve shows the force that a linear
+    regression on size predicts from the subsequent lifts of other objects.
 
     Args:
         lifts: Table of lifts of all observers, with forces and weights, [N], and sizes, [m^3].
-        objects: Names of the objects whose lifts are drawn.
+        objects: Names of the plotted objects.
         title: Title of the figure.
-        predicted_by: Names of the objects that predict the force; nothing is predicted if empty.
-        people: Published results of people to mark.
+        predicted_by: Names of the objects for the prediction; empty for no prediction.
+        people: Published human results.
     """
     chosen = lifts[lifts["object"].isin(objects)]
     observers = lifts["observer"].nunique()
@@ -201,7 +195,7 @@ def draw_forces(
 
 
 def _predict(lifts: pd.DataFrame, objects: Sequence[str], others: Sequence[str]) -> list[float]:
-    """Predicts the force in each lift of ``objects`` from the subsequent lifts of ``others``."""
+    """Predicts the force in each lift of ``objects`` from the lifts of ``others`` before the next lift."""
     places = [*np.flatnonzero(lifts["object"].isin(objects)), len(lifts)]
     predicted = []
     for start, end in itertools.pairwise(places):
@@ -212,6 +206,6 @@ def _predict(lifts: pd.DataFrame, objects: Sequence[str], others: Sequence[str])
 
 
 def predict_by_size(lifts: pd.DataFrame, size: float) -> float:
-    """Predicts the force for a size, [m^3], by a linear fit to other lifts, [N]."""
+    """Predicts the force for a size, [m^3], with a linear regression of force on size in other lifts, [N]."""
     slope, intercept = np.polyfit(lifts["size"].to_numpy(), lifts["force"].to_numpy(), 1)
     return float(intercept + slope * size)

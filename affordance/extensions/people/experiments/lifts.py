@@ -1,9 +1,9 @@
-"""Simulates lifts as a table with one row per lift, as for people.
+"""Simulated lift experiments with one table row per lift, in the same format as human data.
 
-A design is a function that draws the trials of one observer: a table with the columns block, cycle and object, whose
-rows are in the order of the lifts. ``run_lifts`` adds the results of each observer. Before a lift the hand is
-clamped, and pushes up with the believed weight. Then the object is felt at rest. Pushes and measurements are computed
-in closed form.
+A design is a function that draws the trials of one observer. It returns a table with the columns block, cycle and
+object, in the order of the lifts. ``run_lifts`` adds simulated results. In each lift the observer pushes upward with
+the believed weight while the object is clamped, and then measures joint torques at rest. Both are computed in closed
+form.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -44,11 +44,11 @@ from affordance.reporting.claims import with_interval
 from affordance.runs.random_streams import ObserverDraws, Stream
 from affordance.settings import Settings
 
-# Largest number of lifts over all observers and learners; it bounds the memory for their rows (SECURITY.md).
+# Largest number of lifts of all observers and learners, which limits the size of tables in memory (SECURITY.md).
 MOST_LIFTS = 2_000_000
-# Largest number of observers that are computed at once; small, so that an interruption loses little.
+# Largest number of observers that are simulated together. Little is lost if a run is interrupted.
 AT_ONCE = 250
-# Function that draws the trials of an observer, given its number and a random generator.
+# Function that draws the trials of an observer, given the observer's number and a random generator.
 type Design = Callable[[int, np.random.Generator], pd.DataFrame]
 
 
@@ -63,16 +63,16 @@ def repeat(
     times: int = 1,
     row: int = 0,
 ) -> pd.DataFrame:
-    """Draws a block of trials in which each repetition has all objects.
+    """Draws a block of trials with all objects in each repetition.
 
     Args:
         objects: Names of the objects.
         repetitions: Number of repetitions.
-        rng: Random generator of the order.
+        rng: Random generator.
         block: Name of the block.
-        order: Order within a repetition: "shuffled", "fixed", or "latin square", in which each object is equally
-            often in each place and after each other object.
-        first: Names of the objects that come first in each repetition, in this order.
+        order: Order within a repetition: "shuffled", "fixed", or "latin square" (balanced for position and preceding
+            object).
+        first: Names of the objects at the start of each repetition, in this order.
         times: Number of consecutive trials with the same object.
         row: Row of the Latin square for the first repetition, usually the number of the observer.
 
@@ -97,38 +97,34 @@ def _order(names: Sequence[str], order: str, rng: np.random.Generator, row: int)
 
 
 def count_rows(count: int) -> int:
-    """Computes the number of Latin square rows for a number of objects.
-
-    The result is this number if even, twice the number if odd.
-    """
+    """Computes the number of rows of a balanced Latin square: ``count`` if it is even, otherwise twice as many."""
     return count if count % 2 == 0 else 2 * count
 
 
 def build_row(count: int, row: int) -> list[int]:
-    """Builds a row of the balanced Latin square of Williams (1949). Entries are places of objects, from 0."""
+    """Builds a row of the balanced Latin square of Williams (1949). Entries are indices of objects."""
     zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
     places = [(place + row) % count for place in zigzag]
     return places if row < count else places[::-1]
 
 
 def counterbalance[T](values: Sequence[T], participant: int) -> list[T]:
-    """Orders values for one participant, balanced over participants (Latin square)."""
+    """Orders values for a participant with a Latin square, so that orders are balanced over participants."""
     return [values[place] for place in build_row(len(values), participant % count_rows(len(values)))]
 
 
 def build_table(
     design: Design, participants: int, *, groups: Sequence[str] = ("all",), seed: int = 0
 ) -> pd.DataFrame:
-    """Builds a trial table for ``trials.check_trials``, participant by participant.
+    """Builds a trial table for ``trials.check_trials`` from a design.
 
-    Participant P1 has the trials of observer 0 of an experiment with this design and seed, P2 the trials of observer
-    1.
+    Participants P1, P2, ... have the same trials as observers 0, 1, ... of an experiment with this design and seed.
 
     Args:
         design: Function that draws the trials of one participant.
-        participants: Number of participants, P1, P2 and so on.
+        participants: Number of participants.
         groups: Names of groups, to which participants are assigned in turn.
-        seed: Root of the random draws.
+        seed: Seed of the random draws.
     """
     tables = []
     for number in range(participants):
@@ -141,20 +137,21 @@ def build_table(
 def run_lifts(
     name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = ()
 ) -> pd.DataFrame:
-    """Simulates lifts of objects by observers of each learner, a row per lift.
+    """Simulates lifts of objects by observers with each learner.
 
     Args:
         name: Name of the experiment.
         setup: Setup of the experiment.
         tools: Objects.
         design: Function that draws the trials of an observer.
-        learners: Learners; if empty, the built-in learners and the learner of the settings.
+        learners: Learners; empty for the built-in learners and the learner of the settings.
 
-    Returns: Table of ``select_columns`` with ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3,
-        ``force``, the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
+    Returns: Table with one row per lift and the columns of ``select_columns``, including ``weight``, [N]; ``mass``,
+        [kg]; ``size``, the volume, [m^3]; ``force``, the upward force before release, [N]; ``expected``, [kg];
+        ``believed_density``, [kg/m^3].
 
     Raises:
-        BadValueError: There are more lifts than ``MOST_LIFTS`` allows, or a setting does not suit the closed form.
+        BadValueError: There are more than ``MOST_LIFTS`` lifts, or the closed form does not support a setting.
         InfeasibleError: An object is too heavy for the arm.
     """
     check_can_be_lifted(name, tools, setup.settings)
@@ -179,7 +176,7 @@ def run_lifts(
 
 
 def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) -> None:
-    """Checks that the arm can hold the objects. Also checks that the closed form supports the settings.
+    """Checks that the arm can hold the objects, and that the closed form supports the settings.
 
     Raises:
         BadArgumentError, BadValueError: The closed form does not support a setting.
@@ -191,13 +188,13 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
             "--vision", "", f"is 'pixels', must be 'features' for {name}, whose lifts are in closed form"
         )
     if settings.faults != NO_FAULTS:
-        problem = f"is given, must be omitted for {name}, whose lifts in closed form support none"
+        problem = f"is given, must be omitted for {name}, whose lifts in closed form do not support faults"
         raise BadValueError("--fault", "", problem)
     check_can_be_held(Path(name), tools, settings)
 
 
 def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequence[int]) -> list[xr.Dataset]:
-    """Simulates observers who lift the objects of their trials in order. The observers learn from each lift."""
+    """Simulates observers that lift the objects of their trials in order and learn from each lift."""
     names = [tool.name for tool in tools]
     trials = [
         design(observer, np.random.default_rng([setup.seed, observer, Stream.LIFT_ORDER])) for observer in observers
@@ -250,10 +247,7 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
 
 
 def do_differ(settings: Settings) -> bool:
-    """Returns True if observers differ.
-
-    Observers differ with spreads of participants, or with a learner's value per observer.
-    """
+    """Returns True if parameters of participants or of the learner vary between observers."""
     values = vars(settings.learner.parameters).values()
     return with_participant(settings).participant != Participant() or any(isinstance(each, tuple) for each in values)
 
@@ -269,12 +263,11 @@ def summarise_lifts(
 
     Args:
         lifts: Table of lifts of all observers.
-        measure: Function that computes the numbers of one observer from its lifts.
+        measure: Function that computes the measures of one observer from its lifts.
         setup: Setup of the experiment.
-        without_interval: Names of numbers that are the same for all observers.
+        without_interval: Names of measures that are the same for all observers.
 
-    Returns: Numbers of the first learner, and those of all learners under ``learners``, as in metrics.json.
-
+    Returns: Measures of the first learner, and measures of all learners under ``learners``, as in metrics.json.
     """
     learners: dict[str, dict[str, Any]] = {}
     for learner, found in measure_each(lifts, measure).items():
@@ -288,7 +281,7 @@ def summarise_lifts(
 
 
 def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series]) -> dict[str, dict[str, Array]]:
-    """Computes the numbers of every observer from its own lifts. Returns arrays (observers,) by learner and name."""
+    """Computes the measures of each observer from its lifts, (observers,), by learner and name."""
     found = {}
     for learner, of_one in lifts.groupby("learner", sort=False):
         rows = pd.DataFrame([measure(own) for _, own in of_one.groupby("observer")])
@@ -309,20 +302,20 @@ def build_lift_experiment(
     without_interval: Sequence[str] = (),
     observers: int = 50,
 ) -> Experiment:
-    """Builds an experiment in which observers of each learner lift objects.
+    """Builds an experiment in which observers with each learner lift objects.
 
     Args:
         name: Name of the experiment.
-        make_objects: Function that makes the objects.
+        make_objects: Function that creates the objects.
         design: Function that draws the trials of an observer.
-        measure: Function that computes the numbers of one observer, or of one person, from its lifts in order.
-        describe: Function from setup, lifts and numbers (see ``summarise_lifts``) to the texts, claims, figures and
-            tables of the results.
-        meanings: Meanings of the numbers in words, by name.
-        list_spreads: Function from predicted means to standard deviations between people, both by name.
-        list_learners: Function that lists the learners; if empty, the built-in learners and the learner of the
-            settings.
-        without_interval: Names of numbers that are the same for all observers.
+        measure: Function that computes the measures of an observer or participant from its lifts.
+        describe: Function that describes setup, lifts and measures (see ``summarise_lifts``) with texts, claims,
+            figures and tables.
+        meanings: Description of each measure, by name.
+        list_spreads: Function that computes standard deviations between participants from predicted means, by name.
+        list_learners: Function that lists the learners; if the list is empty, they are the built-in learners and the
+            learner of the settings.
+        without_interval: Names of measures that are the same for all observers.
         observers: Default number of observers of each learner.
     """
 
@@ -344,15 +337,23 @@ def build_lift_experiment(
     def predict(setup: Setup) -> ObserverNumbers:
         return ObserverNumbers(measure_each(collect(setup), measure), meanings, list_spreads)
 
-    # No torques over time, so a lasting memory learns nothing.
+    # Closed-form lifts have no torques over time for a lasting memory.
     no_memory = "in which nothing is felt"
     return Experiment(run, read, predict, observers, (), no_memory, every_learner=True, settings=LiftSettings)
 
 
 def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
-    """Creates a cylinder of one material, held at its middle. Lengths are in m, the mass in kg.
+    """Creates a homogeneous cylinder that is held at its middle.
 
-    A size, mass or density out of bounds, or an invalid colour, raises a BadArgumentError.
+    Args:
+        name: Name of the object.
+        radius: Radius, [m].
+        height: Height, [m].
+        mass: Mass, [kg].
+        colour: Colour in hexadecimal.
+
+    Raises:
+        BadArgumentError: A size, mass or density is out of bounds, or the colour is invalid.
     """
     solid = Cylinder(check_number("radius", radius, 1e-3, 0.5, "m"), check_number("height", height, 1e-3, 1.0, "m"))
     density = check_number("mass", mass, 1e-3, 100.0, "kg") / solid.volume

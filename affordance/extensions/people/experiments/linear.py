@@ -1,10 +1,10 @@
-"""Linear+ and Linear++ (Cesanek, Zhang, Ingram, Wolpert and Flanagan 2021, eLife 10:e71627).
+"""Experiments Linear+ and Linear++ (Cesanek, Zhang, Ingram, Wolpert and Flanagan 2021, eLife 10:e71627).
 
-Cylinders of one look become familiar; their weight is proportional to their size. Then a test object of intermediate
-size is added. It weighs a third (Linear+) or two thirds (Linear++) more than its size predicts. Before each lift the
-hand is clamped, and pushes upward to match the weight. Expected, from people: in Linear+ the force for the test
-object stays at the family's prediction. In Linear++ it covers two thirds of the difference to the object's own
-weight. Kappa, the breadth of a category, was fitted to these two groups.
+Observers first lift a family of cylinders that look alike and whose weight is proportional to their size. Then a test
+object of intermediate size is added. It weighs a third (Linear+) or two thirds (Linear++) more than its size
+predicts. Before each lift the object is clamped, and the hand pushes upward to match the weight. In humans, the force
+for the test object stays at the prediction from the family in Linear+, and covers two thirds of the difference to the
+true weight in Linear++. Kappa, the breadth of a category, was fitted to these two groups.
 """
 
 import math
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-import scipy  # scipy.stats takes half a second to import: on first use
+import scipy  # not scipy.stats, which takes half a second to import: it is imported on first use
 
 from affordance.experiments.shared.observer_numbers import PeopleSpread
 from affordance.experiments.shared.observers import Setup
@@ -33,9 +33,9 @@ TRAINING = {
     "training_120mm": 0.12,
 }  # heights, [m]
 RADIUS, HEIGHT = 0.0461, 0.09  # radius of all cylinders, and height of the test object, [m]
-DENSITY = 10.0  # mass of the family by height, [kg/m]
-PREDICTED = 8.826  # weight that the size of the test object predicts, [N]
-FAMILIAR, MIXED = 30, 40  # cycles of the training objects, and of all five
+DENSITY = 10.0  # mass per height of the family, [kg/m]
+PREDICTED = 8.826  # weight predicted from the size of the test object, [N]
+FAMILIAR, MIXED = 30, 40  # number of cycles with the training objects, and with all five objects
 SOURCE = "Cesanek and others 2021"
 MEANINGS = {
     "weight_N": "true weight of the test object, N",
@@ -48,7 +48,7 @@ MEANINGS = {
 
 
 class Published(NamedTuple):
-    """Published mean over people with its 95 % interval, in SI units. The interval is NaN if unpublished."""
+    """Published human mean with 95 % interval, in SI units. The interval is NaN if unpublished."""
 
     value: float
     low: float = math.nan
@@ -56,13 +56,13 @@ class Published(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Group of people with its test object and published results."""
+    """Group of human participants with their test object and published results."""
 
     name: str  # name in the paper
     mass: float  # mass of the test object, [kg]
-    more: str  # share by which it is heavier than its size predicts, in words
+    more: str  # relative difference between true and predicted weight, in words
     num_people: int
-    people: Mapping[str, Published]  # published means and 95 % intervals
+    people: Mapping[str, Published]
 
 
 GROUPS = {
@@ -81,7 +81,7 @@ GROUPS = {
 
 
 def describe(name: str, setup: Setup, lifts: pd.DataFrame, numbers: dict[str, Any]) -> dict[str, Any]:
-    """Describes the results of one group, including people's numbers. Returns texts, claims, figure and table."""
+    """Describes the results of one group with texts, claims, figure and table, and compares them with human data."""
     group = GROUPS[name]
     people = list_people(group)
     numbers["people"] = describe_people(people)
@@ -128,25 +128,25 @@ def describe(name: str, setup: Setup, lifts: pd.DataFrame, numbers: dict[str, An
 
 
 def make_objects(name: str) -> list[Tool]:
-    """Makes the objects of a group."""
+    """Creates the objects of a group."""
     tools = [cylinder(each, radius=RADIUS, height=height, mass=DENSITY * height) for each, height in TRAINING.items()]
     tools.append(cylinder("test", radius=RADIUS, height=HEIGHT, mass=GROUPS[name].mass))
     return tools
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws one observer's trials. The family comes alone, then in cycles after the test object."""
+    """Draws the trials of one observer: first only the family, then cycles of the test object and the family."""
     family = repeat([*TRAINING], FAMILIAR, rng, block="family")
     mixed = repeat([*TRAINING, "test"], MIXED, rng, block="odd member", first=["test"])
     return pd.concat([family, mixed])
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer or person from its lifts in order."""
+    """Computes the measures of one observer or participant from its lifts."""
     test, family = lifts[lifts["object"] == "test"], lifts[lifts["object"] != "test"]
     weight, end = test["weight"].iloc[0], test["force"].tail(16).to_numpy().mean()
-    by_family = predict_by_size(family.tail(64), test["size"].iloc[0])  # over the last 16 cycles
-    early = family.head(120)  # before the test object comes
+    by_family = predict_by_size(family.tail(64), test["size"].iloc[0])  # last 16 cycles
+    early = family.head(120)  # before the first test object
     return pd.Series(
         {
             "weight_N": weight,
@@ -160,7 +160,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def list_people(group: Group) -> dict[str, Published]:
-    """Lists people's values. The interval of f is propagated from its two forces as if they were independent."""
+    """Lists human measures. The interval of f is propagated from two forces, assuming independence."""
     people = dict(group.people)
     weight, end, family = people["weight_N"].value, people["end_N"], people["family_N"]
     f = (end.value - family.value) / (weight - family.value)
@@ -172,7 +172,7 @@ def list_people(group: Group) -> dict[str, Published]:
 
 
 def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
-    """Returns people's means as NAME and published intervals as NAME_ci95. The names are as in metrics.json."""
+    """Returns human means as NAME and published intervals as NAME_ci95, with names as in metrics.json."""
     numbers: dict[str, Any] = {}
     for name, each in people.items():
         numbers[name] = each.value
@@ -182,13 +182,13 @@ def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
 
 
 def find_spread(published: Published, count: int, source: str) -> PeopleSpread:
-    """Computes the SD between people from the interval of their mean (Student's t)."""
+    """Computes the SD between participants from the confidence interval of their mean (Student's t)."""
     quantile = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
     return PeopleSpread(0.5 * (published.high - published.low) * math.sqrt(count) / quantile, source)
 
 
 def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -> list[ClaimResult]:
-    """Tests if each learner behaves like people."""
+    """Tests which learners reproduce the human results."""
     first = [
         check(f"first force divided by the force that the size predicts, {label_learner(learner)}",
               found["first_N"] / PREDICTED, at_least=0.85, at_most=1.15)
@@ -205,7 +205,7 @@ def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -
 
 
 def tabulate(numbers: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates forces and learned fraction for each learner and for people."""
+    """Tabulates forces and learned fractions of all learners and of humans."""
     columns = {
         "first_N": "first lift (N)",
         "end_N": "end (N)",
@@ -224,7 +224,7 @@ def tabulate(numbers: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def list_spreads(name: str, means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists the SDs between people that follow from published intervals."""
+    """Lists SDs between participants that follow from published intervals."""
     group = GROUPS[name]
     known = {key: each for key, each in list_people(group).items() if math.isfinite(each.low)}
     return {key: find_spread(each, group.num_people, f"{SOURCE}, {group.name}") for key, each in known.items()}

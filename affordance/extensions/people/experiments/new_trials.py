@@ -1,7 +1,4 @@
-"""Builds a table of trials from short descriptions of blocks.
-
-Orders are balanced over participants.
-"""
+"""Trial tables from short descriptions of blocks, with orders balanced over participants."""
 
 import re
 from collections.abc import Sequence
@@ -13,7 +10,7 @@ import pandas as pd
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.extensions.people.experiments.lifts import build_table, count_rows, repeat
 
-# Names of the orders of objects within a cycle, and what ``lifts.repeat`` calls them.
+# Names of orders on the command line, and in ``lifts.repeat``.
 ORDERS = {"latin": "latin square", "shuffled": "shuffled", "fixed": "fixed"}
 # Largest number of rows of a table.
 MOST_ROWS = 200_000
@@ -22,15 +19,15 @@ _BLOCK = re.compile(r"(?:(?P<group>[^/:]+)/)?(?P<phase>[^/:]+):(?P<objects>.+?)(
 
 
 class Block(NamedTuple):
-    """Block of trials.
+    """Block of trials, consisting of cycles with every object once.
 
     Attributes:
-        group: Group that does it; empty for all groups.
+        group: Group with this block; empty for all groups.
         phase: Name of the block.
-        first: Objects that come first in each cycle, in this order.
-        others: Objects that follow, in an order that varies.
-        masses: Masses, [kg], as texts, by object; without objects that keep their own mass.
-        cycles: Number of cycles; each has every object once.
+        first: Objects at the start of each cycle, in this order.
+        others: Remaining objects of each cycle, in varying order.
+        masses: Changed masses, [kg], as strings, by object.
+        cycles: Number of cycles.
     """
 
     group: str
@@ -42,7 +39,7 @@ class Block(NamedTuple):
 
 
 def parse_block(text: str, known: Sequence[str], groups: Sequence[str]) -> Block:
-    """Parses the description of a block. ``all`` is all objects.
+    """Parses the description of a block, in which ``all`` stands for all objects.
 
     Args:
         text: Description, such as "learn: small, large x 5", "A/test: odd=1.2 > small, large x 40", "learn: all x 3".
@@ -50,7 +47,7 @@ def parse_block(text: str, known: Sequence[str], groups: Sequence[str]) -> Block
         groups: Names of the groups.
 
     Raises:
-        BadValueError: The description is malformed, or names an unknown group or object or one object twice.
+        BadValueError: The description is malformed, has an unknown group or object, or names an object twice.
     """
     if not (found := _BLOCK.fullmatch(text)):
         raise BadValueError("--block", "", f"is {text!r}, {_FORM}")
@@ -82,10 +79,10 @@ def parse_block(text: str, known: Sequence[str], groups: Sequence[str]) -> Block
 def build_trials(
     blocks: Sequence[Block], participants: int, *, groups: Sequence[str], order: str, seed: int
 ) -> pd.DataFrame:
-    """Builds a table of trials. Participants P1, P2, ... are assigned to the groups in turn.
+    """Builds a trial table, and assigns participants P1, P2, ... to the groups in turn.
 
-    With the order ``latin``, participant n of each group begins at row n of a Latin square, and each cycle takes the
-    next row.
+    With the order ``latin``, participant n of each group starts with row n of a Latin square, and continues with the
+    next row in each cycle.
 
     Raises:
         BadValueError: A group has no block, there are more groups than participants, or the table is too long.
@@ -117,7 +114,7 @@ def build_trials(
 
 
 def describe_balance(blocks: Sequence[Block], participants: int, groups: Sequence[str], order: str) -> str:
-    """Describes if the orders of objects are balanced over a group's participants."""
+    """Describes the balance of orders over the participants of a group."""
     if order != "latin":
         return f"Orders are {order}, and not balanced over participants."
     sizes = [(participants - place - 1) // len(groups) + 1 for place in range(len(groups))]

@@ -1,8 +1,8 @@
-"""Planned contrasts, chosen before data exist: parsing, effects, and required people.
+"""Planned contrasts: parsing, effects, and required sample sizes.
 
-``MEASURE: ONE - OTHER [in PLACE, ...]``, such as ``force: large - small in test``. ONE and OTHER are both objects,
-groups, phases, or first and last lifts (``last 3``); or OTHER is a number. Objects, phases and lifts are compared
-within persons, groups between persons.
+Contrasts have the form ``MEASURE: ONE - OTHER [in PLACE, ...]``, for example ``force: large - small in test``. ONE
+and OTHER are two objects, groups, phases, or first and last lifts (``last 3``). OTHER can also be a number. Objects,
+phases and lifts are compared within participants, groups between participants.
 """
 
 import itertools
@@ -13,48 +13,42 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.special import stdtr, stdtrit  # scipy.stats takes half a second to import
+from scipy.special import stdtr, stdtrit  # not scipy.stats, which takes half a second to import
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.extensions.people.experiments.prediction import MANY, POWER, SIGNIFICANCE, count_people
 from affordance.extensions.people.experiments.trial_cells import PEOPLE
 
-# Measures of a lift, all in N.
+# Measures of a lift, [N].
 MEASURES = ("force", "heaviness", "felt")
 _FORM = "must be 'MEASURE: ONE - OTHER [in PLACE, ...]', such as 'force: large - small in test'"
 _CONTRAST = re.compile(r"(?P<measure>\w+)\s*:\s*(?P<one>.+?)\s+-\s+(?P<other>.+?)(?:\s+in\s+(?P<places>.+))?\s*")
 _ENDS = re.compile(r"(first|last)(?: (\d{1,4}))?")
 _KINDS = ("object", "group", "phase")
-_LIFTS = "lifts"  # kind of first and last lifts
+_LIFTS = "lifts"  # kind of a level with first or last lifts
 
 
 class Level(NamedTuple):
-    """Object, group or phase by name, or first or last lifts of each object.
-
-    A positive number counts first lifts, a negative number last lifts.
-    """
+    """Level of a contrast: an object, group or phase, or the first or last lifts of each object."""
 
     kind: str
     name: str
-    number: int = 0
+    number: int = 0  # number of first lifts if positive, of last lifts if negative
 
 
 class PlannedContrast(NamedTuple):
-    """Difference between two levels, or between a level and a number.
-
-    The contrast can be limited to places of the design.
-    """
+    """Difference between two levels, or between a level and a number."""
 
     text: str
     measure: str
     one: Level
     other: Level | float
-    places: tuple[Level, ...]
+    places: tuple[Level, ...]  # levels to which the contrast is limited
 
     @property
     def groups(self) -> int:
-        """Number of groups in the t test, 2 or 1. With one group, persons or a number are compared."""
+        """Number of groups in the t test: 2 for a comparison between participants, otherwise 1."""
         return 2 if self.one.kind == "group" and isinstance(self.other, Level) else 1
 
     @property
@@ -66,13 +60,13 @@ class PlannedContrast(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """Contrast of a learner or of people: mean, 95 % interval, SD, and group sizes. The SD is between persons."""
+    """Effect of a contrast for observers of a learner or for human participants."""
 
     mean: float
-    low: float
-    high: float
-    sd: float
-    counts: tuple[int, ...]
+    low: float  # lower end of the 95 % interval
+    high: float  # upper end
+    sd: float  # between participants
+    counts: tuple[int, ...]  # group sizes
     p_value: float  # two-sided
 
     @property
@@ -82,10 +76,10 @@ class Effect(NamedTuple):
 
 
 def parse_contrast(text: str, rows: pd.DataFrame) -> PlannedContrast:
-    """Parses a contrast, and checks that a table's trials can answer it.
+    """Parses a contrast, and checks that a table has trials for it.
 
     Raises:
-        BadValueError: The form is wrong, a name is unknown or has two meanings, or no trials are in a level.
+        BadValueError: The form is wrong, a name is unknown or ambiguous, or a level has no trials.
     """
 
     def complain(problem: str) -> BadValueError:
@@ -138,12 +132,12 @@ def parse_contrast(text: str, rows: pd.DataFrame) -> PlannedContrast:
 
 
 def compute_effect(contrast: PlannedContrast, lifts: pd.DataFrame) -> Effect | None:
-    """Computes a contrast from the lifts of one learner's observers, or of people.
+    """Computes the effect of a contrast from the lifts of observers or human participants.
 
-    Returns None for fewer than two persons.
+    Lifts are first averaged for each participant and level. Interval and p-value come from a paired t test or,
+    between groups, from a t test with pooled variance.
 
-    Each person counts once, with the mean of its lifts in each level. The interval and the p-value are from Student's
-    t test on the persons' differences or, between groups, with the pooled variance.
+    Returns: Effect; None for fewer than two participants.
     """
     measured = lifts[lifts["measured"] & lifts[contrast.measure].notna()]
     one, *others = (
@@ -168,13 +162,13 @@ def _list_levels(contrast: PlannedContrast) -> list[Level]:
 
 
 def _subtract(contrast: PlannedContrast, one: pd.Series, others: Sequence[pd.Series]) -> Array:
-    """Returns each person's difference. Persons without one of the levels are left out."""
+    """Computes the difference for each participant with data in all levels."""
     other = others[0] if others else contrast.other
     return np.asarray((one - other).dropna(), dtype=float)
 
 
 def _select(lifts: pd.DataFrame, level: Level, places: Sequence[Level], person: str) -> pd.DataFrame:
-    """Selects the lifts of a level in some places. First and last lifts count for each object in each phase."""
+    """Selects the lifts of a level in some places. First and last lifts are selected per object and phase."""
     levels = sorted((level, *places), key=lambda each: each.kind == _LIFTS)
     for each in levels:
         if each.kind == _LIFTS:
@@ -186,7 +180,7 @@ def _select(lifts: pd.DataFrame, level: Level, places: Sequence[Level], person: 
 
 
 def compute_effects(contrasts: Sequence[PlannedContrast], lifts: pd.DataFrame) -> list[dict[str, Effect]]:
-    """Computes each contrast for all learners, and for people with the measure."""
+    """Computes the effect of each contrast for all learners and, if measured, for human participants."""
     found = []
     for contrast in contrasts:
         each = {str(who): compute_effect(contrast, own) for who, own in lifts.groupby("learner", sort=False)}
@@ -195,9 +189,9 @@ def compute_effects(contrasts: Sequence[PlannedContrast], lifts: pd.DataFrame) -
 
 
 def describe_effects(contrast: PlannedContrast, effects: Mapping[str, Effect]) -> str:
-    """Describes a contrast in one sentence, with a t test for people."""
+    """Describes the effects of a contrast in one sentence, with a t test for human participants."""
     if not effects:
-        return f"{contrast.text}: fewer than two persons, so nothing can be said; --repeats N simulates more."
+        return f"{contrast.text}: fewer than two persons, too few for an effect; --repeats N simulates more."
     parts = []
     for who, effect in effects.items():
         text = f"{who} {effect.mean:.3g} N [{effect.low:.3g}, {effect.high:.3g}]"
@@ -213,13 +207,14 @@ def _find_statistic(effect: Effect) -> float:
 
 
 class Sizes(NamedTuple):
-    """Numbers of people per group that a contrast needs.
+    """Required numbers of participants per group for a contrast.
 
     Attributes:
-        find: To find the contrast if people learn like a learner, by learner.
-        reject: To find that the contrast is not what one learner predicts if people learn like another, by pair.
-        sd: Known SD between people, [N]; None if only observers' is known.
-        significance: Two-sided significance of each test.
+        find: Number for a significant contrast if humans learn like the learner, by learner.
+        reject: Number for rejecting the prediction of one learner if humans learn like another, by pair.
+        sd: SD between human participants, [N]; None if only the SD between observers is known.
+        significance: Two-sided significance level of each test.
+        power: Power of each test.
     """
 
     find: Mapping[str, float]
@@ -237,16 +232,14 @@ def count_for(
     contrasts: int = 1,
     power: float = POWER,
 ) -> Sizes:
-    """Computes the people that a contrast needs, with Bonferroni's correction.
-
-    The level is .05 divided by the number of planned contrasts.
+    """Computes required numbers of participants for a contrast, with Bonferroni correction.
 
     Args:
         contrast: Contrast.
-        effects: Effects of the contrast by learner. If people_sd is None, the SD of people's own effect is used.
-        people_sd: SD between people of a person's value of the contrast, [N]; None if unknown.
-        contrasts: Number of planned contrasts.
-        power: Power.
+        effects: Effects of the contrast by learner, and for human participants if they were measured.
+        people_sd: SD of the contrast between human participants, [N]; None to use the measured SD if there is one.
+        contrasts: Number of planned contrasts, by which the significance level .05 is divided.
+        power: Power of each test.
     """
     known = people_sd if people_sd is not None else effects[PEOPLE].sd if PEOPLE in effects else None
     learners = {who: effect for who, effect in effects.items() if who != PEOPLE}
@@ -268,7 +261,7 @@ def count_for(
 
 
 def describe_sizes(contrast: PlannedContrast, sizes: Sizes) -> str:
-    """Describes the people that a contrast needs in two sentences."""
+    """Describes the required numbers of participants for a contrast in two sentences."""
     spread = "observers' SD, as that between people is not known" if sizes.sd is None else f"SD {sizes.sd:.3g} N"
     each = " in each group" if contrast.groups == 2 else ""
     levels = f"two-sided {sizes.significance:.3g}, power {sizes.power:.2g}".replace("0.", ".")
@@ -287,7 +280,7 @@ def _show(count: float) -> str:
 def list_content(
     contrasts: Sequence[PlannedContrast], effects: Sequence[Mapping[str, Effect]], sizes: Sequence[Sizes] = ()
 ) -> list[dict[str, Any]]:
-    """Lists contrasts with effects and required people, as in files. Numbers are null where no number suffices."""
+    """Builds the JSON content of contrasts, effects and required sample sizes; null means that no size suffices."""
     content = []
     for number, (contrast, own) in enumerate(zip(contrasts, effects, strict=True)):
         each: dict[str, Any] = {

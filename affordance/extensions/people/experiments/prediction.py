@@ -1,7 +1,4 @@
-"""Predictions of every learner without human data.
-
-Measures are ranked by how well they separate learners.
-"""
+"""Predictions of all learners before data collection, and measures that discriminate between learners."""
 
 import itertools
 import math
@@ -10,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy  # scipy.stats takes half a second to import: on first use
+import scipy  # not scipy.stats, which takes half a second to import: it is imported on first use
 
 from affordance.arrays import Array
 from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread
@@ -20,48 +17,46 @@ from affordance.reporting.formatting import break_line, format_number, tabulate
 from affordance.reporting.statistics import Estimate, estimate_mean
 from affordance.runs.repeats import list_versions, prepare_folder
 
-# Smallest difference reported, in between-person standard deviations ("small" in Cohen 1988).
+# Smallest reported effect size ("small" in Cohen 1988).
 _SMALL = 0.2
 # Default power of a test between two groups, and its two-sided significance level.
 POWER, SIGNIFICANCE = 0.9, 0.05
 # Largest size of a group that is reported exactly.
 MANY = 100_000
-# Relative spread below which values differ only by rounding.
+# Largest relative spread of values that differ only by rounding.
 _ROUNDING = 1e-12
-# Quantiles of the observers that are shown as their spread.
+# Quantiles of observers that are reported as their spread.
 _SPREAD = (0.05, 0.95)
 
 
 class Prediction(NamedTuple):
-    """Prediction of a measure by a learner, with all values, (R,).
-
-    The prediction has mean with interval, SD, 5th and 95th percentile.
-    """
+    """Predicted measure of R observers with the same learner."""
 
     mean: Estimate
     sd: float
-    low: float
-    high: float
-    values: Array
+    low: float  # 5 % quantile
+    high: float  # 95 % quantile
+    values: Array  # (R,)
 
 
 class Contrast(NamedTuple):
-    """Separation of two learners by one measure."""
+    """Difference between two learners in one measure."""
 
     measure: str
     learners: tuple[str, str]
-    difference: float  # mean of the second learner minus that of the first
-    # Cohen's d: difference divided by the standard deviation between people or, if unknown, between observers.
+    difference: float  # mean of the second learner minus mean of the first
+    # Cohen's d, with the standard deviation between participants or, if unknown, between observers.
     effect: float
-    # Probability that a person with the second learner has a larger value than one with the first; ties count half.
+    # Probability of superiority: a participant with the second learner has a larger value than a participant with the
+    # first. Ties count half.
     superiority: float
-    num_people: float  # size of each of two groups for a test with significance 0.05 and that power; at least 2
-    is_of_people: bool = False  # True if the spread between people is known
+    num_people: float  # required size of each of two groups for significance 0.05, at least 2
+    is_of_people: bool = False  # True if the standard deviation between participants is known
     power: float = POWER
 
 
 def summarise(values: Array) -> Prediction:
-    """Summarises a measure of R observers, (R,)."""
+    """Summarises the values of R observers, (R,)."""
     low, high = (float(value) for value in np.quantile(values, _SPREAD))
     sd = float(values.std(ddof=1))
     return Prediction(estimate_mean(values), sd if sd > _ROUNDING * np.abs(values).max() else 0.0, low, high, values)
@@ -73,11 +68,10 @@ def contrast_learners(
     *,
     power: float = POWER,
 ) -> list[Contrast]:
-    """Compares all pairs of learners on all measures. The measure that separates a pair best comes first.
+    """Compares all pairs of learners on all measures, and sorts the measures by effect size.
 
-    Simulated observers vary less than people, whose push strength also varies. If the spread between people is known
-    from an experiment with the same measure, it is added to the spread of the observers. Measures with human data
-    come before those without.
+    Simulated observers vary less than humans. If the standard deviation between human participants is known for a
+    measure, it is added. Measures with a known standard deviation come first.
     """
     contrasts = []
     for measure, by_learner in predictions.items():
@@ -103,14 +97,12 @@ def contrast_learners(
 
 
 def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
-    """Computes the probability that a second value exceeds a first, with added noise.
-
-    The noise is normal, on both values.
+    """Computes the probability of superiority of the second group, with added normal noise on all values.
 
     Args:
         first: Values of the first group, (M,).
         second: Values of the second group, (N,).
-        extra_sd: Standard deviation of the added noise; without noise, ties count half.
+        extra_sd: Standard deviation of the noise. If it is 0, ties count half.
     """
     differences = second[:, None] - first
     if extra_sd > 0.0:
@@ -121,15 +113,14 @@ def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
 def count_people(
     effect: float, power: float = POWER, *, groups: int = 2, significance: float = SIGNIFICANCE
 ) -> float:
-    """Computes the group size that a two-sided t test needs, at least 2.
+    """Computes the required group size of a two-sided t test, at least 2.
 
-    Power follows from the noncentral t distribution. The search starts from the normal approximation, which is
-    smaller. Above ``MANY`` the approximation is the answer.
+    Power is computed with the noncentral t distribution. Sizes above ``MANY`` are normal approximations.
 
     Args:
-        effect: Cohen's d; of a paired test, the mean difference divided by the differences' standard deviation.
+        effect: Cohen's d. In a paired test, this is the mean difference divided by the SD of differences.
         power: Power.
-        groups: 2 for a test between two groups; 1 for a paired test, or for one group and a constant.
+        groups: 2 for a test between two groups; 1 for a paired or one-sample test.
         significance: Significance level.
     """
     if effect == 0.0:
@@ -142,7 +133,7 @@ def count_people(
 
 
 def _compute_power(effect: float, count: float, groups: int, significance: float) -> float:
-    """Computes the power of a t test for a number of people per group."""
+    """Computes the power of a t test for a group size."""
     free, shift = groups * (count - 1.0), abs(effect) * math.sqrt(count / groups)
     if math.isinf(shift):
         return 1.0
@@ -151,7 +142,7 @@ def _compute_power(effect: float, count: float, groups: int, significance: float
 
 
 def describe_best(predictions: Mapping[str, Mapping[str, Prediction]], contrasts: Sequence[Contrast]) -> str:
-    """Describes the measure that separates a pair of learners best. Three sentences also say how it was chosen."""
+    """Describes in three sentences the measure that best discriminates between two learners, and its selection."""
     if not contrasts:
         return "There is only one learner, so there is nothing to distinguish."
     text = f"{describe_contrast(contrasts[0])}."
@@ -171,12 +162,14 @@ def format_predictions(
     spreads: Mapping[str, PeopleSpread] | None = None,
     width: int = 0,
 ) -> str:
-    """Formats predictions, spreads between people, and the best separating measures.
+    """Formats predictions, SDs between participants, and the most discriminative measure for each pair of learners.
 
-    Each pair of learners has its own measure.
-
-    Measures that are the same for all observers of all learners follow in one line. Lines are wrapped at ``width``
-    characters unless it is 0.
+    Args:
+        meanings: Description of each measure.
+        predictions: Prediction by measure and learner. Measures that are equal for all observers share one line.
+        contrasts: Differences between learners.
+        spreads: Known SDs between participants, by measure.
+        width: Largest line length; 0 for no limit.
     """
     lines, same = [], []
     for name, by_learner in predictions.items():
@@ -205,16 +198,13 @@ def format_predictions(
 
 
 def _show(value: Array | float, digits: int = 3) -> str:
-    """Formats a number. Large ones have no exponent."""
+    """Formats a number, without an exponent if it is large."""
     text = f"{float(value):.{digits}g}"
     return format_number(float(value), digits) if "e+" in text else text
 
 
 def describe_contrast(contrast: Contrast) -> str:
-    """Describes how well a measure separates two learners.
-
-    The values are people's or, without human data, observers'.
-    """
+    """Describes effect size, probability of superiority and required group size of a difference between learners."""
     pair = " and ".join(contrast.learners)
     if math.isinf(contrast.num_people):
         return f"{pair} are not distinguished by any of these"
@@ -234,7 +224,7 @@ def describe_contrast(contrast: Contrast) -> str:
     return f"{pair} are distinguished best by {contrast.measure}: {size}; {count} suffice {test}"
 
 
-# File of the predictions, in the folder of the experiment's results.
+# Name of the predictions file in the results folder of an experiment.
 FILE = "predictions.json"
 
 
@@ -242,11 +232,11 @@ class Predicted(NamedTuple):
     """Predictions of all learners.
 
     Attributes:
-        predictions: Prediction of each learner, by number and learner.
-        meanings: Meaning of each number in words.
-        spreads: Known spreads between people, by number.
-        contrasts: Contrasts between learners; the contrast that needs the fewest people comes first.
-        path: File of the predictions.
+        predictions: Prediction by measure and learner.
+        meanings: Description of each measure.
+        spreads: Known SDs between participants, by measure.
+        contrasts: Differences between learners, by increasing required group size.
+        path: Predictions file.
     """
 
     predictions: Mapping[str, Mapping[str, Prediction]]
@@ -259,17 +249,15 @@ class Predicted(NamedTuple):
 def predict(
     name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers], *, power: float = POWER
 ) -> Predicted:
-    """Simulates every learner's observers, and writes their predictions.
+    """Simulates observers with each learner, compares the learners, and writes a predictions file.
 
-    The file also says which numbers separate learners.
-
-    Finished observers are stored as in a run, so a later run does not simulate them again.
+    Finished observers are cached, so that later runs do not simulate them again.
 
     Args:
-        name: Name of the experiment, and of its folder within the folder of results.
+        name: Name of the experiment and of its results folder.
         setup: Setup of the experiment.
-        measure: Function that simulates the observers of every learner and returns their numbers.
-        power: Power of the test for which the number of people is computed.
+        measure: Function that simulates observers with each learner and returns their measures.
+        power: Power of the test for which the number of participants is computed.
     """
     found = measure(setup)
     folder = prepare_folder(setup.out / name)
@@ -293,7 +281,7 @@ def predict(
 
 
 def _sort_by_number(found: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Array]]:
-    """Arranges numbers by name and learner, each (observers,). Each entry of an array becomes a separate number."""
+    """Arranges measures by name and learner, (observers,) each. Entries of arrays become separate measures."""
     values: dict[str, dict[str, Array]] = {}
     for learner, numbers in found.items():
         for key, array in numbers.items():
@@ -309,7 +297,7 @@ def _describe(
     spreads: Mapping[str, PeopleSpread],
     contrasts: Sequence[Contrast],
 ) -> dict[str, Any]:
-    """Returns the predictions in the form of the file."""
+    """Builds the content of the predictions file."""
     numbers = {
         number: {
             learner: {
@@ -333,7 +321,7 @@ def _describe(
 
 
 def _keep_finite(value: Any) -> Any:
-    """Replaces numbers that are not finite with null, which JSON needs."""
+    """Replaces infinite numbers and NaN with None, because JSON does not support them."""
     if isinstance(value, Mapping):
         return {name: _keep_finite(entry) for name, entry in value.items()}
     if isinstance(value, list):

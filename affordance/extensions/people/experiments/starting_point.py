@@ -16,26 +16,26 @@ from affordance.extensions.people.experiments.lift_figures import draw_forces
 from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
 from affordance.reporting.claims import check, claim
 
-NAME = "starting_point"  # of the folder in which finished observers are kept; results go to that of the file
+NAME = "starting_point"  # name of the cache folder for finished observers
 FAMILY = {"short": 0.06, "middle": 0.09, "long": 0.12}  # heights, [m]
 TOOLS = [cylinder(name, radius=0.04, height=height, mass=10.0 * height) for name, height in FAMILY.items()]
 TOOLS.append(cylinder("odd", radius=0.04, height=0.105, mass=1.8))  # [m], [kg]; its family predicts 1.05 kg
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer. The trials may depend on its number: ``if observer % 2: ...``."""
+    """Draws the trials of one observer. They can depend on the observer's number: ``if observer % 2: ...``."""
     family = repeat([*FAMILY], 10, rng, block="family")
     return pd.concat([family, repeat([*FAMILY, "odd"], 10, rng, block="odd member", first=["odd"])])
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer or person from its lifts in order."""
+    """Computes the measures of one observer or participant from its lifts."""
     odd = lifts[lifts["object"] == "odd"]
     return pd.Series({"first_N": odd["force"].iloc[0], "last_N": odd["force"].tail(3).mean()})
 
 
 def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Describes the results: texts, claims and figures."""
+    """Describes the results with texts, claims and figures."""
     first = {learner: found["first_N"] for learner, found in numbers["learners"].items()}
     text = "In its first lift, the odd object is lifted with the force that its family predicts."
     bounds = [

@@ -1,8 +1,7 @@
-"""Simulates the trials of a table with one or more observers per participant.
+"""Simulation of the trials in a table, with one or more observers per participant.
 
-Lifts and looks are computed in closed form; holds are simulated. Each observer has one memory, which passes through
-its trials in order. Its random draws depend on the root seed, the place of its participant in the table, and, for the
-second and later repeats, the number of the repeat.
+Lifts and looks are computed in closed form; holds are simulated. The memory of an observer is updated trial by trial.
+Random draws depend on the root seed, the index of the participant, and the number of the repeat.
 """
 
 import itertools
@@ -54,10 +53,10 @@ from affordance.runs.random_streams import ObserverDraws, Stream
 from affordance.settings import Settings
 from affordance.simulation.trial import get_runner
 
-# Upward force of the outstretched right arm that 19 of 20 men can exert, [N]: MIL-STD-1472D (quoted from
-# memory). With a bent elbow it is up to 107 N there.
+# Upward force that 95 % of men can exert with the outstretched right arm, [N], according to MIL-STD-1472D (quoted
+# from memory). With a bent elbow it is up to 107 N.
 STRENGTH = 62.0
-# Unit and meaning of what is measured in a trial; NaN where it does not apply.
+# Unit and description of each measure; values are NaN in trials to which a measure does not apply.
 MEASURED = {
     "force": ("N", "upward force before the release of a lift"),
     "expected": ("kg", "mass at the most probable densities, before the trial"),
@@ -73,14 +72,14 @@ MEASURED = {
 
 
 class Trials(NamedTuple):
-    """Trials of all participants in order, as arrays (N,), with their objects."""
+    """Trials of all participants in order, as arrays (N,), and their objects."""
 
     place: NDArray[np.intp]  # index of the participant
     do: NDArray[np.intp]  # index in DOINGS
     tool: NDArray[np.intp]  # index in ``tools``
     duration: Array  # [s]
-    teaches: NDArray[np.bool_]  # whether the observer learns from the trial
-    choice: NDArray[np.intp]  # index of the planned choice; -1 where nothing is chosen
+    teaches: NDArray[np.bool_]  # True if the observer learns from the trial
+    choice: NDArray[np.intp]  # index of the planned choice; -1 for other trials
     tools: tuple[Tool, ...]
 
 
@@ -89,12 +88,12 @@ class TableExperiment:
     """Experiment with trials from a table.
 
     Attributes:
-        name: Name of its folder within the folder of results.
+        name: Name of the results folder.
         table: Trial table.
         tasks: Tasks for which grips are chosen, by name.
-        repeats: Number of observers of each learner for each participant.
+        repeats: Number of observers per participant and learner.
         learners: Learners.
-        people_sd: Standard deviation of the force between people, [N]; None if unknown.
+        people_sd: Standard deviation of the force between human participants, [N]; None if unknown.
         contrasts: Planned contrasts.
     """
 
@@ -116,13 +115,13 @@ class TableExperiment:
         check_can_be_presented(self.table, setup.settings)
 
     def collect(self, setup: Setup) -> pd.DataFrame:
-        """Simulates the trials with observers of each learner. The setup's number of observers is ignored.
+        """Simulates the trials with observers of each learner. The number of observers in the setup is ignored.
 
-        Returns: Rows of the table with measurements, for each observer of each learner; then people's own lifts.
+        Returns: Rows of the table with simulated measures for each learner and observer, followed by human lifts.
         """
         trials, choices = _plan(setup, self.table, self.tasks)
         places = [np.flatnonzero(trials.place == place) for place in range(len(self.table.participants))]
-        # Holds take long: an interruption should lose one observer only.
+        # Simulating holds takes long. Only one observer should be lost if a run is interrupted.
         at_once = AT_ONCE if self.table.rows["do"].isin(("lift", "look")).all() else 1
         tables = []
         for learner in self.learners:
@@ -190,14 +189,14 @@ class TableExperiment:
         )
 
     def predict(self, setup: Setup) -> ObserverNumbers:
-        """Computes the mean force of each observer of every learner, by group, phase and object."""
+        """Computes the mean measures of each observer and learner, by group, phase and object."""
         values, spreads = list_numbers(self.collect(setup), self.people_sd)
         return ObserverNumbers(values, {}, lambda means: spreads)
 
 
 def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
-    """Checks that the arm can hold every object. Otherwise an InfeasibleError names the row."""
-    with suppress(InfeasibleError):  # the loop below finds the object; it is slow
+    """Checks that the arm can hold all objects. An InfeasibleError contains the row of the first heavy object."""
+    with suppress(InfeasibleError):  # only the slow loop below identifies the object
         check_can_be_lifted(table.source.name, table.tools, settings)
         return
     for number, tool in enumerate(table.tools):
@@ -211,7 +210,7 @@ def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
 
 
 def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -> tuple[Trials, list[Choice]]:
-    """Returns the trials as arrays, and the planned choices of grips."""
+    """Converts trials to arrays, and plans all grips of each choice."""
     rows, planned, choices = table.rows, dict[tuple[int, str], int](), list[Choice]()
     chosen = np.full(len(rows), NO_OPTION)
     for place in np.flatnonzero(rows["do"] == "choose"):
@@ -229,10 +228,12 @@ def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -
 
 
 def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observers: Sequence[int]) -> list[xr.Dataset]:
-    """Simulates observers, who repeat participants' trials. Returns measurements, which are NaN after the last trial.
+    """Simulates observers that perform the trials of participants.
 
-    Observers of the same objects run at once, if there are several; their trials must be in closed form. Each result
-    equals that of a separate run, except for rounding.
+    Several observers with the same objects are simulated together. Their trials must be in closed form. Results equal
+    separate runs except for rounding.
+
+    Returns: Measures of each observer, padded with NaN after the last trial.
     """
     counts = np.bincount(trials.place)
     alike: dict[tuple[int, ...], list[int]] = {}
@@ -248,7 +249,7 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observers: 
 def _observe_alike(
     setup: Setup, trials: Trials, choices: Sequence[Choice], observers: Sequence[int], presented: Sequence[int]
 ) -> list[xr.Dataset]:
-    """Simulates observers of the same objects at once, trial by trial. Each trial is a column of arrays."""
+    """Simulates observers with the same objects together, trial by trial."""
     counts = np.bincount(trials.place)
     repeats, places = np.divmod(observers, len(counts))
     who = [
@@ -274,7 +275,7 @@ def _observe_alike(
     for is_closed, group in itertools.groupby(range(shape[0]), key=closed.__getitem__):
         numbers = list(group)
         if is_closed:
-            later = (0, numbers[0]) if numbers[0] else ()  # only a first lift has the number 0
+            later = (0, numbers[0]) if numbers[0] else ()  # only the first lift has the number 0
             seeds = [(*each, *later) for each in drawn]
             record = lifter.run(lifted[numbers], knows, errors[numbers], seeds, teaches[numbers], pushes)
             knows, num_learned = record.after, num_learned + int(teaches[numbers, 0].sum())
@@ -309,7 +310,7 @@ def _observe_alike(
 
 
 def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int) -> pd.DataFrame:
-    """Repeats each participant's rows for each observer, in the order of observers."""
+    """Repeats the rows of each participant for each observer, in the order of observers."""
     rows = table.rows.iloc[np.concatenate([*places] * repeats)].reset_index(drop=True)
     sizes = np.array([len(each) for each in places] * repeats)
     observer = np.repeat(np.arange(len(sizes)), sizes)
@@ -318,7 +319,7 @@ def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int)
 
 
 def _name_grips(table: TrialTable, rows: pd.DataFrame) -> list[str]:
-    """Names the chosen grip in each row. The name is empty without a choice or a usable grip."""
+    """Lists the name of the chosen grip in each row, which is empty without a choice or a usable grip."""
     names = []
     for tool, place in zip(rows["tool"], rows["chosen"], strict=True):
         has_chosen = not (math.isnan(place) or place == NO_OPTION)
@@ -327,7 +328,7 @@ def _name_grips(table: TrialTable, rows: pd.DataFrame) -> list[str]:
 
 
 def _finish(lifts: pd.DataFrame, table: TrialTable, gravity: float) -> pd.DataFrame:
-    """Adds mass, size and weight of the presented objects. Sorts the columns."""
+    """Adds mass, size and weight of the objects, and sorts the columns."""
     lifts["mass"] = np.array([tool.mass for tool in table.tools])[lifts["tool"]]
     lifts["size"] = np.array([compute_volume(tool) for tool in table.tools])[lifts["tool"]]
     lifts["weight"] = gravity * lifts["mass"]
@@ -343,7 +344,7 @@ def _finish(lifts: pd.DataFrame, table: TrialTable, gravity: float) -> pd.DataFr
     return lifts[[*first, *further, *own]]
 
 
-# Columns that are averaged, with their units and titles in tables; and the columns that form the groups.
+# Averaged columns with units and titles in tables, and columns for grouping.
 AVERAGED = {
     "force": ("N", "force (N)"),
     "expected": ("kg", "expected (kg)"),
@@ -355,10 +356,9 @@ BY = ("learner", "group", "phase", "object")
 
 
 def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
-    """Averages measurements over observers or people. Each learner, group, phase and object has its own mean.
+    """Averages measures over observers or human participants, by learner, group, phase and object.
 
-    Each observer counts once, with the mean of its rows. Intervals are 95 % intervals. Missing quantities are left
-    out.
+    Rows are first averaged for each observer. Intervals cover 95 %. Missing measures are left out.
     """
     found = []
     for key, rows in lifts[lifts["measured"]].groupby([*BY], sort=False):
@@ -369,7 +369,7 @@ def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
             if len(of_each):
                 estimate = estimate_mean(of_each)
                 mean[f"{column}_{unit}"] = estimate.mean
-                if len(of_each) > 1:  # one observer tells nothing of the others
+                if len(of_each) > 1:  # no interval for a single observer
                     mean[f"{column}_{unit}_ci95"] = estimate.ci95
         if (chosen := rows.loc[rows["do"] == "choose", "chosen"]).size:
             mean["chosen"] = chosen.value_counts(normalize=True, sort=False).to_dict()
@@ -378,7 +378,7 @@ def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def describe_too_strong(lifts: pd.DataFrame) -> str:
-    """Describes simulated pushes that are too strong for a hand. The text is empty if there are none."""
+    """Describes simulated pushes that exceed human strength, or returns an empty string if there are none."""
     pushes = lifts[lifts["learner"] != PEOPLE].groupby("object", sort=False)["force"].max()
     strong = [f"{name} up to {push:.0f} N" for name, push in pushes[pushes > STRENGTH].items()]
     if not strong:
@@ -392,10 +392,14 @@ def describe_too_strong(lifts: pd.DataFrame) -> str:
 def list_numbers(
     lifts: pd.DataFrame, people_sd: float | None
 ) -> tuple[dict[str, dict[str, Array]], dict[str, PeopleSpread]]:
-    """Lists each observer's mean for each learner and measure. A measure is a quantity with group, phase and object.
+    """Lists the mean of each observer by learner, quantity, group, phase and object.
 
-    Returns: Means, (observers,), by learner and measure; and by measure, the standard deviation between the people in
-        the table, or for forces the given one, [N].
+    Args:
+        lifts: Table of lifts.
+        people_sd: Standard deviation of forces between human participants, [N]; None if unknown.
+
+    Returns: Means, (observers,), by learner and measure, and standard deviations between human participants by
+        measure. These come from the table or, for forces, from ``people_sd``.
     """
     values: dict[str, dict[str, Array]] = {}
     spreads: dict[str, PeopleSpread] = {}
@@ -414,7 +418,7 @@ def list_numbers(
 
 
 def tabulate_means(means: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Formats means as a table of strings. Columns that are empty, or have only one group or phase, are left out."""
+    """Formats means as a table of strings, without empty columns and columns with a single group or phase."""
     rows = [
         {
             **{name: str(mean[name]) for name in BY},
@@ -431,7 +435,7 @@ def tabulate_means(means: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 
 def describe_means(means: Sequence[Mapping[str, Any]], width: int = 0) -> str:
-    """Formats the table of means as text, within ``width`` characters unless 0."""
+    """Formats the table of means as text of at most ``width`` characters per line; 0 for no limit."""
     table = tabulate_means(means).reset_index()
     rows = [[str(name) for name in table], *table.to_numpy(str).tolist()]
     left = [number for number, name in enumerate(table) if name in (*BY, "chosen")]
@@ -448,6 +452,6 @@ def _show(mean: Mapping[str, Any], name: str) -> str:
 
 
 def _name_place(where: Sequence[Any], lifts: pd.DataFrame) -> str:
-    """Names group, phase and object. A group or phase that all rows share is left out."""
+    """Joins the names of group, phase and object. A group or phase is left out if all rows share it."""
     pairs = zip(BY[1:], where, strict=True)
     return ", ".join(str(value) for name, value in pairs if name == "object" or lifts[name].nunique() > 1)

@@ -1,7 +1,4 @@
-"""Reads the cells of a table from a spreadsheet or another program.
-
-Errors name row and column.
-"""
+"""Cells of tables from spreadsheets or other programs. Error messages contain row and column."""
 
 import difflib
 import itertools
@@ -21,17 +18,17 @@ from affordance.files.constraints import check_names
 
 # Value of the column ``learner`` for people.
 PEOPLE = "people"
-INDEX = "(row numbers)"  # name given to a first column without a name that counts rows
+INDEX = "(row numbers)"  # name of an unnamed first column with row numbers
 LARGEST = 20_000_000  # size of a table, [byte]
-# Truth values in several languages whose spreadsheets write decimal commas.
+# Names of true in languages whose spreadsheets use decimal commas.
 _TRUE = ("", "true", "yes", "1", "wahr", "ja", "vrai", "oui", "vero", "verdadero")
 _FALSE = ("false", "no", "0", "falsch", "nein", "faux", "non", "falso")
-# Other common names of columns; ignoring such a column would change the experiment.
+# Other common names of columns, which must not be ignored silently.
 _OTHERS = {
     "participant": ("subject", "subj", "sub", "participant_id", "subject_id", "subject_nr", "pp", "vp"),
     "object": ("stimulus", "stim", "stim_file", "item"),
 }
-# Similarity (of difflib) above which an unknown column name counts as a misspelling.
+# Smallest similarity (difflib) of an unknown column name that counts as a misspelling.
 _ALIKE = 0.75
 
 
@@ -40,10 +37,10 @@ class Cells(NamedTuple):
 
     Attributes:
         path: File of the table.
-        texts: Texts by this program's names of columns (others keep theirs), and by number of the row, as a
-            spreadsheet counts: the row of names is row 1.
+        texts: Cells as strings. Columns have this program's names if known. The index is the row number in a
+            spreadsheet, where the header is row 1.
         labels: Name of each column in the file, by this program's name.
-        has_commas: True if numbers may have a decimal comma.
+        has_commas: True if numbers can have decimal commas.
     """
 
     path: Path
@@ -52,26 +49,26 @@ class Cells(NamedTuple):
     has_commas: bool = False
 
     def get(self, name: str) -> list[str]:
-        """Returns the cells of a column, or empty texts if it is missing."""
+        """Returns the cells of a column, or empty strings if it is missing."""
         return list(self.texts[name]) if name in self.labels else [""] * len(self.texts)
 
 
 def read_cells(path: Path, known: Collection[str], needed: Sequence[str], renamed: Mapping[str, str]) -> Cells:
-    """Reads a UTF-8 file with cells separated by commas, semicolons or tabs. A byte-order mark is optional.
+    """Reads a UTF-8 file, with or without byte-order mark, whose delimiter is a comma, semicolon or tab.
 
-    Numbers may have decimal commas unless commas separate the cells. Empty rows are ignored.
+    Numbers can have decimal commas unless the delimiter is a comma. Empty rows are ignored.
 
     Args:
         path: File of the table.
-        known: This program's names of columns.
-        needed: Names of columns that the table must have.
-        renamed: Names in the file of some columns, by this program's names.
+        known: Column names of this program.
+        needed: Names of required columns.
+        renamed: Column names in the file that differ from the column names of this program, by the latter.
 
     Raises:
-        BadValueError: The file cannot be read or is too large, is no table, or has a wrong row of names.
+        BadValueError: The file cannot be read, is too large, is not a table, or has a wrong header.
     """
     text = read_text(path, LARGEST, encoding="utf-8-sig")
-    skipped = 1 if re.match('"?sep=', text) else 0  # a line that Excel writes above a table
+    skipped = 1 if re.match('"?sep=', text) else 0  # Excel may write such a line above a table
     delimiter = max(",;\t", key=text.split("\n", 2)[skipped].count)
     try:
         table = pd.read_csv(
@@ -82,7 +79,7 @@ def read_cells(path: Path, known: Collection[str], needed: Sequence[str], rename
             dtype=str,
             keep_default_na=False,
             skip_blank_lines=False,
-            engine="python",  # which tells a cell that is not there from an empty one
+            engine="python",  # distinguishes missing from empty cells
         )
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise BadValueError(path, "", f"is not a table: {str(error).rpartition(': ')[2].strip()}") from error
@@ -97,12 +94,12 @@ def read_cells(path: Path, known: Collection[str], needed: Sequence[str], rename
 def name_cells(
     path: Path, table: pd.DataFrame, known: Collection[str], needed: Sequence[str], renamed: Mapping[str, str]
 ) -> Cells:
-    """Finds the columns of a table of texts by its first row; see ``read_cells``."""
+    """Names the columns of a table of strings according to its first row; see ``read_cells``."""
     table = table.fillna("").map(
         lambda cell: "" if cell.strip().lower() == "n/a" else cell.strip()
-    )  # n/a is that of BIDS
+    )  # BIDS writes n/a for missing values
     table = table.loc[(table != "").any(axis=1), (table != "").any()]
-    if len(table) > 1 and _counts_rows(list(table.iloc[:, 0])):  # the index that pandas writes
+    if len(table) > 1 and _counts_rows(list(table.iloc[:, 0])):  # index of pandas
         table.iloc[0, 0] = INDEX
         table = table[(table.iloc[:, 1:] != "").any(axis=1)]
     if len(table) < 2:
@@ -138,29 +135,26 @@ def name_cells(
 
 
 def _counts_rows(column: Sequence[str]) -> bool:
-    """Returns True for a column of row numbers. Such a column has no name, and its cells are rising whole numbers."""
+    """Returns True for a column of row numbers, which has no name and contains increasing integers."""
     numbers = [int(cell) for cell in column[1:] if cell.isdecimal()]
     return not column[0] and len(numbers) == len(column) - 1 and all(a < b for a, b in itertools.pairwise(numbers))
 
 
 def refuse_cell(cells: Cells, place: int, name: str, problem: str) -> NoReturn:
-    """Raises a BadValueError about a cell.
-
-    The cell is given by its row, from 0, and this program's name of its column.
-    """
+    """Raises a BadValueError about a cell, given its row from 0 and this program's name of the column."""
     where = f"row {cells.texts.index[place]}, {cells.labels.get(name, name)}"
     raise BadValueError(cells.path, where, problem)
 
 
 def read_names(cells: Cells, name: str, default: str) -> list[str]:
-    """Reads a column of names: single lines of visible characters."""
+    """Reads a column of names, which must be single lines of visible characters."""
     for row, cell in zip(cells.texts.index, cells.get(name), strict=True):
         check_names(cells.path, f"row {row}, {cells.labels.get(name)}", [cell])
     return [cell or default for cell in cells.get(name)]
 
 
 def read_choices(cells: Cells, name: str, known: Collection[str], default: str = "") -> list[str]:
-    """Reads a column whose cells must be known names, ignoring case."""
+    """Reads a column whose cells must be known names. Case is ignored."""
     by_name = {**{each.lower(): each for each in known}, **{each: each for each in known}}
     texts = [cell or default for cell in cells.get(name)]
     found = [by_name.get(cell, by_name.get(cell.lower(), "")) for cell in texts]
@@ -180,10 +174,10 @@ def read_truths(cells: Cells, name: str) -> list[bool]:
 def read_numbers(
     cells: Cells, name: str, low: float, high: float, unit: str = "", small: str = "", share: float = 1e-3
 ) -> list[float]:
-    """Reads a column of numbers within bounds. Empty cells are NaN.
+    """Reads a column of numbers, with NaN for empty cells. Numbers out of bounds raise a BadValueError.
 
-    If a value is out of bounds and seems to be in ``small``, a smaller unit (``share`` times ``unit``), the error
-    suggests the conversion.
+    If such a number seems to be in the smaller unit ``small``, which is ``share`` times ``unit``, the message
+    suggests a conversion.
     """
     found = []
     for place, cell in enumerate(cells.get(name)):
@@ -211,7 +205,7 @@ def check_cell(
     small: str = "",
     share: float = 1e-3,
 ) -> None:
-    """Rejects a number out of bounds; arguments are as in ``read_numbers``."""
+    """Checks that a number is within bounds; arguments and errors are as in ``read_numbers``."""
     if not low <= value <= high:
         is_small = small and low <= share * value <= high
         hint = (

@@ -1,10 +1,8 @@
-"""Reads and checks trial tables with one row per trial.
+"""Trial tables with one row per trial, in order, from a spreadsheet, another program or a function.
 
-Tables come from a spreadsheet, another program or a function.
-
-Rows are in the order of the trials. Only the column ``object`` is required. By default a trial is a lift of the
-object as its file defines it, by one participant in one group. A column ``block`` serves as ``phase`` if there is no
-such column. A table is data: nothing in it is run or calculated.
+Only the column ``object`` is required. By default, all trials are lifts by one participant in one group, of objects
+as defined in their file. Without a column ``phase``, the column ``block`` is used instead. Nothing in a table is
+executed.
 """
 
 import math
@@ -37,11 +35,11 @@ from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 
-# Actions of a trial: the object is lifted from a clamp, held in the hand, only looked at, or a grip is chosen.
+# Kinds of trials: the object is lifted from a clamp, held in the hand, or only looked at; or a grip is chosen.
 DOINGS = ("lift", "hold", "look", "choose")
-DURATION = 3.0  # of a hold, unless the table gives another, [s]
+DURATION = 3.0  # default duration of a hold, [s]
 _LONGEST_HOLD = 60.0  # [s]
-# Bounds on cost: a lift takes 2 ms, a second of holding 0.05 s, and a row of results a kilobyte.
+# Limits on run time and memory: a lift takes 2 ms, a simulated second of holding 0.05 s, a row of results 1 kB.
 _MOST_LIFTS, _MOST_SECONDS = 1_000_000, 200_000.0
 # Columns that the simulation adds to the table.
 WRITTEN = (
@@ -54,12 +52,12 @@ class TrialTable(NamedTuple):
     """Checked table of trials.
 
     Attributes:
-        rows: Columns of ``COLUMNS``, in SI units; ``place``, the index of the participant; ``tool``, the index of the
-            presented object in ``tools``; and the table's further columns as texts.
-        tools: Objects as they are presented, with the mass and the look that their rows give them.
-        unused: Names of further columns that are left out: row numbers, and names that results need.
+        rows: Columns of ``COLUMNS``, in SI units; index ``place`` of the participant; index ``tool`` of the presented
+            object in ``tools``; and all other columns as strings.
+        tools: Presented objects, with mass and appearance from the table.
+        unused: Names of omitted columns, which have row numbers or names that are reserved for results.
         source: File of the table.
-        numbers: Number of each row in the file.
+        numbers: Row number of each trial in the file.
     """
 
     rows: pd.DataFrame
@@ -82,18 +80,18 @@ def read_trials(
     columns: Mapping[str, str] = {},
     tasks: Collection[str] = (),
 ) -> TrialTable:
-    """Reads a trial table from a file and checks it; ``read_cells`` describes the format.
+    """Reads a trial table from a file in the format of ``read_cells``, and checks it.
 
     Args:
         path: File of the table.
-        tools: Objects that the table may name.
-        materials: Materials that objects may look like, by name.
+        tools: Objects that can be named in the table.
+        materials: Materials that objects can look like, by name.
         columns: Names of columns in the file, by this program's names.
-        tasks: Names of the tasks for which a grip may be chosen.
+        tasks: Names of the tasks for which a grip can be chosen.
 
     Raises:
-        BadValueError: The file cannot be read or is too large, or a cell is wrong. The message names the cell's row,
-            as a spreadsheet counts, and its column.
+        BadValueError: The file cannot be read or is too large, or a cell is wrong. The message contains the column
+            and the row number in a spreadsheet.
     """
     return _check(read_cells(path, TRIAL_COLUMNS, ["object"], columns), tools, materials, tasks)
 
@@ -106,7 +104,7 @@ def check_trials(
     tasks: Collection[str] = (),
     name: str = "trials",
 ) -> TrialTable:
-    """Checks a table built in Python as if it came from a file. The table's first trial is row 2."""
+    """Checks a table that was built in Python, as if it came from a file. In messages, the first trial is row 2."""
     texts = frame.astype(object).map(lambda cell: "" if pd.isna(cell) else str(cell)).to_numpy(object)
     table = pd.DataFrame([[str(each) for each in frame.columns], *texts])
     table.index += 1
@@ -150,7 +148,7 @@ def _check(
 
 
 def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tasks: Collection[str]) -> None:
-    """Checks that the cells of each row are consistent. Each participant must be in one group."""
+    """Checks that the cells of each row are consistent, and that each participant is in one group."""
     given = {name: cells.get(name) for name in ("task", "duration", "force")}
     groups: dict[str, str] = {}
     for place, row in enumerate(rows.to_dict("records")):
@@ -176,11 +174,10 @@ def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tas
 def list_presented(
     cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> tuple[pd.Series, tuple[Tool, ...]]:
-    """Lists the presented objects, and the index of each row's object.
+    """Lists the presented objects, and the index of the object in each row.
 
-    Each combination of mass and look appears once.
-
-    The columns ``mass``, NaN where empty, and ``looks_like`` of ``rows`` change the objects that ``object`` names.
+    The columns ``mass`` and ``looks_like`` modify the objects in the column ``object``. Each combination is listed
+    once.
     """
     numbers = rows.fillna({"mass": 0.0}).groupby(["object", "mass", "looks_like"], sort=False).ngroup()
     firsts = np.unique(numbers, return_index=True)[1]
@@ -190,7 +187,7 @@ def list_presented(
 def _present(
     cells: Cells, place: int, row: pd.Series, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> Tool:
-    """Returns an object with a row's mass and look. All its densities change by one factor."""
+    """Builds an object with the mass and appearance of a row. All densities are scaled by the same factor."""
     tool, mass, look = tools[row["object"]], row["mass"], row["looks_like"]
     parts = tool.components
     if not math.isnan(mass):
@@ -215,7 +212,7 @@ def _present(
 
 
 def check_cost(table: TrialTable, repeats: int, num_learners: int) -> None:
-    """Checks that trials or holds take at most some hours to compute. Otherwise a BadValueError is raised."""
+    """Checks the number of lifts and seconds. A BadValueError is raised if the simulation would take too long."""
     trials, seconds = len(table.rows) * num_learners, float(table.rows["duration"].sum()) * num_learners
     most = min(
         REPEATS.high // len(table.participants),

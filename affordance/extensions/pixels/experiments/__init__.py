@@ -1,1 +1,1 @@
-"""Experiments on the accuracy of features from pictures."""
+"""Experiments on the accuracy of features from images."""

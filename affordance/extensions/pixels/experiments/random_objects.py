@@ -1,4 +1,4 @@
-"""Random objects for tests of detection: chains of touching ellipsoids, with pictures."""
+"""Random chains of touching ellipsoids and their images, for testing detection."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,30 +13,30 @@ from affordance.objects.tool import Component, Tool, find_box
 # Range of the axis lengths of parts, [m], and largest number of parts.
 _LENGTHS = (0.03, 0.30)
 MAX_PARTS = 3
-# Largest object that fits the picture at every height that it may reach, (length, breadth, height), [m].
+# Largest bounding box of an object that fits the image, (length, breadth, height), [m].
 _MAX_BOX = (0.55, 0.40, 0.30)
-# A chain faces the camera, so that no part hides another: the direction from part to part has at most this
-# inclination, and turns by at most this angle from one part to the next, [rad].
+# Largest inclination of the direction from part to part, and largest angle between successive directions, [rad]. They
+# are limited so that no part occludes another.
 _MAX_INCLINATION, _MAX_TURN = np.radians(20.0), np.radians(60.0)
 # Densities from the lightest wood to lead, [kg/m^3].
 _DENSITIES = (200.0, 11_000.0)
-_OBJECT, _NOISE = 0, 1  # last entries of random seeds, after the root seed and the object's number
+_OBJECT, _NOISE = 0, 1  # last entry of a random seed, after the root seed and the number of the object
 
 
 def draw_numbered_object(seed: int, number: int) -> Tool:
-    """Draws the random object with a given number."""
+    """Generates the random object with a given number."""
     return draw_object(np.random.default_rng([seed, number, _OBJECT]), f"object {number}")
 
 
 def take_picture(seed: int, number: int) -> Picture:
-    """Takes a noisy picture of the random object with a given number."""
+    """Takes a noisy image of the random object with a given number."""
     sensor = get_camera_sensor()
     picture = render(draw_numbered_object(seed, number), sensor.rig)
     return sensor.noise.add_to(picture, sensor.rig.camera, np.random.default_rng([seed, number, _NOISE]))
 
 
 def draw_object(rng: np.random.Generator, name: str) -> Tool:
-    """Draws an object of one to three ellipsoids. Sizes, directions, colours and densities are random."""
+    """Generates an object of one to three ellipsoids with random sizes, directions, colours and densities."""
     while True:
         tool = Tool(name, tuple(_draw_chain(rng)))
         low, high = find_box(tool.components)
@@ -58,8 +58,8 @@ def _draw_chain(rng: np.random.Generator) -> list[Component]:
         X_TE = np.eye(4)
         X_TE[:3, :3] = R_TE
         if before is not None:
-            # The farthest point of the previous part along the direction is the farthest point of this part against
-            # it. The parts touch there, in a plane across that direction, and nowhere else.
+            # The parts touch at one point: the farthest point of the previous part along the direction, and of this
+            # part in the opposite direction.
             R_TB, p_TB = before.X_TE[:3, :3], before.X_TE[:3, 3]
             X_TE[:3, 3] = p_TB + R_TB @ before.shape.find_support(R_TB.T @ along)
             X_TE[:3, 3] += R_TE @ shape.find_support(R_TE.T @ along)

@@ -1,9 +1,10 @@
-"""Measures the accuracy of sizes and masses from pictures, and of their intervals.
+"""Accuracy of sizes and masses from camera images, and coverage of their intervals.
 
-The paper assumes that three-dimensional sizes are recovered from pictures (IV-A). Here random objects of one to three
-touching ellipsoids are presented to the camera, and their parts are detected in a noisy picture. Expected: errors
-within the bounds of the claims, and intervals with the stated coverage. The program also answers the question of the
-paper's figure 1: which of two uncommon objects is better for mashing, and how should it be held?
+The paper assumes that three-dimensional sizes are estimated from images (IV-A). Here the parts of random objects,
+which consist of one to three touching ellipsoids, are detected in noisy images. Errors should be within the bounds of
+the claims, and intervals should have the stated coverage. The experiment also answers the question of the paper's
+figure
+1: which of two uncommon objects is better for mashing, and how should it be held?
 """
 
 import math
@@ -52,16 +53,16 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.prediction import predict_object
 
 UNCOMMON, PATH = "tools/uncommon.yaml", "paths/mash.yaml"  # in the folder of models
-COVERAGE_FACTOR = 2.5  # ratio of the objects that measure coverage to those that measure accuracy: 500 to 200
-INTERVAL = 0.9  # probability of the mass interval whose coverage is tested
-TARGETS = {"visible axes": 0.03, "axis along the view": 0.08, "mass at true densities": 0.06}  # of median errors
-SHOWN, FAILURES_SHOWN = 5, 3  # numbers of detected objects and of failures whose pictures are shown
+COVERAGE_FACTOR = 2.5  # number of objects for coverage divided by number of objects for accuracy (500 to 200)
+INTERVAL = 0.9  # nominal coverage of the mass interval
+TARGETS = {"visible axes": 0.03, "axis along the view": 0.08, "mass at true densities": 0.06}  # largest median errors
+SHOWN, FAILURES_SHOWN = 5, 3  # number of detected objects and of failures with plotted images
 SHARE = Unit("%", 100.0)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment. Unsuitable objects, or an unsuitable path, raise a BadValueError."""
-    setup = setup.change(eye=None)  # features are only observed in pictures here
+    """Runs the experiment. Unsuitable objects or an unsuitable path raise a BadValueError."""
+    setup = setup.change(eye=None)  # this experiment takes images itself
     tools, task = read(setup)
     check_mashing(setup, tools, task)
     count = math.ceil(COVERAGE_FACTOR * setup.observers)
@@ -123,7 +124,7 @@ def run(setup: Setup) -> Results:
 
 
 def read(setup: Setup) -> tuple[Sequence[Tool], Reach]:
-    """Reads the two uncommon objects and the path of mashing."""
+    """Reads the two uncommon objects and the path for mashing."""
     file, path = setup.models / UNCOMMON, setup.models / PATH
     tools, task = read_tools(setup.models, UNCOMMON), Reach(load_path(path))
     if len(tools) != 2:
@@ -133,12 +134,13 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Reach]:
 
 
 def check_mashing(setup: Setup, tools: Sequence[Tool], task: Reach) -> None:
-    """Checks that mashing can be planned with each object, and is feasible with some.
+    """Checks that mashing can be planned with each object and is feasible with at least one.
 
-    Otherwise a BadValueError is raised.
+    Raises:
+        BadValueError: Mashing cannot be planned or is infeasible.
     """
     file, model = setup.models / PATH, ArmModel(load_arm(setup.settings.arm))
-    build_chain(model.arm)  # otherwise an unusable arm would be blamed on the path
+    build_chain(model.arm)  # so that errors of the arm are not attributed to the path
     held = [tool.gripped_by(grip) for tool in tools for grip in tool.grips or (Grip("", np.eye(4)),)]
     try:
         reasons = [task.build_cost(model, tool.components, setup.settings).infeasible_reason for tool in held]
@@ -149,10 +151,10 @@ def check_mashing(setup: Setup, tools: Sequence[Tool], task: Reach) -> None:
 
 
 def observe(setup: Setup, number: int) -> xr.Dataset:
-    """Detects the parts of a numbered random object, and compares them with the truth.
+    """Detects the parts of a random object, and compares them with the truth.
 
-    Returns: Errors of ``compare``; ``failure``, the name of the error, empty if there was none, and its ``reason``;
-        ``seconds``, the processor time of the detection, without taking the picture.
+    Returns: Errors of ``compare``; name of the exception if detection failed (``failure``), and its ``reason``;
+        processor time of detection without rendering, ``seconds``.
     """
     tool, picture = draw_numbered_object(setup.seed, number), take_picture(setup.seed, number)
     failure, reason, found = "", "", compare(tool, None)
@@ -176,7 +178,7 @@ def observe(setup: Setup, number: int) -> xr.Dataset:
 
 
 def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
-    """Compares detected with true features of an object's parts. Errors are NaN without a detection."""
+    """Compares detected and true features of an object's parts. Errors are NaN without a detection."""
     visible, depth, colours = np.full((MAX_PARTS, 2), np.nan), np.full(MAX_PARTS, np.nan), np.full(MAX_PARTS, np.nan)
     error = deviation = math.nan
     if detection is not None:
@@ -188,7 +190,7 @@ def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
         matched = []
         for i, j in zip(true_of, seen_of, strict=True):
             true, part = tool.components[i], features[j]
-            # Axes are paired by direction; the depth axis is the true axis closest to the line of sight.
+            # Axes are matched by direction. The depth axis is the true axis closest to the optical axis.
             alignment = np.abs(true.X_TE[:3, :3].T @ part.X_TE[:3, :3])
             _, pairs = linear_sum_assignment(-(alignment**2))
             errors = part.shape.sizes[pairs] / true.shape.sizes - 1.0
@@ -216,7 +218,7 @@ def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset, count: int) -> dict[str, Any]:
-    """Computes the numbers of metrics.json. Accuracy is over the first ``count`` objects, coverage over all."""
+    """Computes the metrics: accuracy over the first ``count`` objects, coverage over all objects."""
     accurate = data.isel(object=slice(count))
     failures = [str(name) for name in accurate.failure.values]
     deviations = data.mass_deviation.values[np.isfinite(data.mass_deviation.values)]
@@ -241,7 +243,7 @@ def measure(data: xr.Dataset, count: int) -> dict[str, Any]:
 
 
 def find_median(errors: xr.DataArray) -> float | None:
-    """Computes the median magnitude of errors that are not NaN. Returns None without any."""
+    """Computes the median magnitude of errors, ignoring NaN, or returns None if there are none."""
     there = np.abs(errors.values[np.isfinite(errors.values)])
     return float(np.median(there)) if len(there) else None
 
@@ -249,7 +251,7 @@ def find_median(errors: xr.DataArray) -> float | None:
 def rank_uncommon(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[Ranking, Ranking]:
     """Ranks the uncommon objects for mashing by expected work.
 
-    The first ranking is a novice's, the second an expert's on the materials.
+    Returns: Rankings by a novice, and by an expert who knows the materials.
     """
     look = partial(list_options, seed=setup.seed, eye=PIXELS)
     options = [option for tool in tools for option in look(tool)]
@@ -275,7 +277,7 @@ def list_ranking(ranking: Ranking) -> list[dict[str, Any]]:
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Tests the accuracy. The bounds are ours."""
+    """Tests accuracy and coverage against bounds that we chose."""
     visible, depth, mass = (
         n[name] if n[name] is not None else math.nan
         for name in ("semi_axis_error_visible_median", "semi_axis_error_depth_median", "mass_error_median")
@@ -294,7 +296,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def summarise(n: Mapping[str, Any]) -> str:
-    """Returns the summary, with the objects that were not detected."""
+    """Summarises the results and detection failures."""
     count, failures = n["objects"], n["failures"]
     kinds = "; ".join(
         f"{number} {kind}, such as: {n['failure_examples'][kind]}" for kind, number in n["failures_by_kind"].items()
@@ -310,7 +312,7 @@ def summarise(n: Mapping[str, Any]) -> str:
 
 
 def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates a novice's and an expert's rankings of the uncommon objects."""
+    """Tabulates the rankings of the uncommon objects by a novice and an expert."""
     who = {"novice (materials never felt)": n["mashing_novice"], "expert (materials known)": n["mashing_expert"]}
     rows = [
         {
@@ -327,7 +329,7 @@ def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def draw_pictures(seed: int, numbered: Sequence[tuple[int, str]]) -> Figure:
-    """Draws the pictures of random objects, each with its number and a note."""
+    """Plots images of random objects, each with number and note."""
     views = []
     for number, note in numbered:
         name, picture = f"object {number}", take_picture(seed, number)
@@ -339,7 +341,7 @@ def draw_pictures(seed: int, numbered: Sequence[tuple[int, str]]) -> Figure:
 
 
 def draw_uncommon(tools: Sequence[Tool], seed: int) -> Figure:
-    """Plots the pictures from which the uncommon objects are ranked."""
+    """Plots the images of the uncommon objects."""
     sensor = get_camera_sensor()
     views = []
     for tool in tools:
@@ -349,11 +351,12 @@ def draw_uncommon(tools: Sequence[Tool], seed: int) -> Figure:
 
 
 def draw_errors(data: xr.Dataset, count: int, targets: Mapping[str, float]) -> Figure:
-    """Plots the errors' sizes of the first ``count`` objects, and all relative mass errors.
+    """Plots absolute errors of the first ``count`` objects, and standardised mass errors of all objects.
 
-    Mass errors are relative to their stated SDs.
-
-    ``targets`` are the bounds of the median errors: of visible axes, the axis along the view, and mass.
+    Args:
+        data: Errors of all objects.
+        count: Number of objects for measuring accuracy.
+        targets: Largest median error, by feature.
     """
     errors = {}
     for label, name in zip(targets, ("visible_error", "depth_error", "mass_error"), strict=True):
@@ -364,7 +367,7 @@ def draw_errors(data: xr.Dataset, count: int, targets: Mapping[str, float]) -> F
 
 
 def save_picture(seed: int, number: int, reason: str, folder: Path) -> None:
-    """Saves the picture of an object that was not correctly detected."""
+    """Saves the image of an object whose detection failed."""
     save_frame(SeeingError(reason, *take_picture(seed, number)), folder / "frames", f"object_{number:05d}")
 
 

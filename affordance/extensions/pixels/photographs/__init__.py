@@ -1,1 +1,1 @@
-"""Measures an object's mass, centre and form in your own colour and depth picture."""
+"""Measurement of shape, position and mass of objects in your own colour and depth images."""

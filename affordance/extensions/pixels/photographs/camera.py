@@ -1,8 +1,8 @@
-"""Reads camera intrinsics from the files of common programs.
+"""Camera intrinsics from files of common programs.
 
-A pixel (u, v), column and row, is seen along the ray ((u - cx) / fx, (v - cy) / fy, 1). Nine numbers of a matrix are
-row by row in ROS and BOP, and column by column in Open3D and Record3D. The file shows which: the principal point,
-which is never zero, is in the last column.
+The ray of a pixel (u, v), column and row, has the direction ((u - cx) / fx, (v - cy) / fy, 1). Camera matrices are
+stored in row-major order by ROS and BOP, and in column-major order by Open3D and Record3D. The position of the
+principal point, which is never zero, distinguishes both.
 """
 
 import re
@@ -26,7 +26,7 @@ _TINY = 1e-9
 
 
 class PinholeCamera(NamedTuple):
-    """Camera without distortion. The unit of its depth pictures, [m], is known if its file has one."""
+    """Pinhole camera without distortion; lengths are in pixels."""
 
     width: int
     height: int
@@ -34,15 +34,15 @@ class PinholeCamera(NamedTuple):
     fy: float
     cx: float
     cy: float
-    depth_unit: float | None = None
+    depth_unit: float | None = None  # unit of depth images, [m]; None if unknown
 
     def compute_rays(self, columns: NDArray[Any], rows: NDArray[Any]) -> Array:
-        """Computes rays of pixels, (..., 3), as directions in C with unit depth."""
+        """Computes ray directions of pixels in C with unit depth, (..., 3)."""
         x, y = (columns - self.cx) / self.fx, (rows - self.cy) / self.fy
         return np.stack([x, y, np.ones_like(x)], axis=-1)
 
     def project(self, p_C: Array) -> Array:
-        """Projects points in C, (..., 3), to pixels, (..., 2), column and row."""
+        """Projects points in C, (..., 3), to pixels, column and row, (..., 2)."""
         return np.stack(
             [
                 self.fx * p_C[..., 0] / p_C[..., 2] + self.cx,
@@ -53,16 +53,16 @@ class PinholeCamera(NamedTuple):
 
 
 def read_camera(path: Path, size: tuple[int, int], picture: str = "", *, is_cropped: bool = False) -> PinholeCamera:
-    """Reads the intrinsics of a picture's camera.
+    """Reads camera intrinsics.
 
     Args:
         path: JSON or YAML file.
-        size: Width and height of the picture, [pixels].
-        picture: Name of the picture's file, whose number selects an entry of a file with one entry per picture (BOP).
-        is_cropped: Allows a principal point outside of the picture's middle third.
+        size: Width and height of the image, [pixels].
+        picture: File name of the image, whose number selects an entry in a file with one entry per image (BOP).
+        is_cropped: True to allow a principal point outside the middle third of the image.
 
     Raises:
-        BadValueError: The file is unreadable, of an unknown form, of another size, or has distortion.
+        BadValueError: The file is unreadable, has an unknown format, is for another image size, or has distortion.
     """
     content = read_json(path) if path.suffix.lower() == ".json" else read_yaml(path)
     if not isinstance(content, Mapping) or not content:
@@ -94,7 +94,7 @@ def read_camera(path: Path, size: tuple[int, int], picture: str = "", *, is_crop
 
 
 def _choose_entry(path: Path, content: Mapping[Any, Any], picture: str) -> tuple[str, Mapping[str, Any]]:
-    """Chooses the entry of BOP's scene_camera.json with the picture's number."""
+    """Selects the entry with the number of the image in scene_camera.json of BOP."""
     numbers = re.findall(r"\d+", Path(picture).stem)
     by_number = {int(name): name for name in content}
     name = next(iter(content)) if len(content) == 1 else by_number.get(int(numbers[0]) if numbers else -1)
@@ -114,7 +114,7 @@ def _check_distortion(path: Path, key: str, content: Mapping[str, Any]) -> None:
 
 
 def _read_values(path: Path, key: str, content: Mapping[str, Any]) -> list[float]:
-    """Reads fx, fy, cx and cy. The last two may have their names in librealsense."""
+    """Reads fx, fy, cx and cy. The last two can have the names used by librealsense."""
     names = ("fx", "fy", "cx", "cy")
     content = {{"ppx": "cx", "ppy": "cy"}.get(name, name): value for name, value in content.items()}
     if all(name in content for name in names):
@@ -132,7 +132,7 @@ def _read_values(path: Path, key: str, content: Mapping[str, Any]) -> list[float
     except (TypeError, ValueError):
         K = np.full((3, 3), np.nan)
     if abs(K[0, 2]) + abs(K[1, 2]) < _TINY:
-        K = K.T  # column by column
+        K = K.T  # column-major order
     pattern = np.array([[1, 0, 1], [0, 1, 1], [0, 0, 1]], dtype=bool)
     if not np.isfinite(K).all() or abs(K[~pattern]).max() > _TINY or abs(K[2, 2] - 1.0) > _TINY:
         problem = f"is {show_value(found)}, must be the nine numbers of [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"

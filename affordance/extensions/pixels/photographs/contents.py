@@ -1,9 +1,9 @@
-"""Contents of household things, as materials with a wide density."""
+"""Materials that represent household objects with uncertain contents."""
 
 from types import MappingProxyType
 
-# Material of each kind, by the word that a person says of a thing. The density of such a material is the mass of a
-# thing over its outer volume, walls and air included; models/materials.yaml has the numbers and their sources.
+# Material by kind of object, as named by a user. Its density is the mass of an object divided by its outer volume,
+# including walls and air; numbers and sources are in models/materials.yaml.
 MATERIALS_BY_KIND = MappingProxyType(
     {
         "liquid": "holds_liquid",
@@ -12,5 +12,5 @@ MATERIALS_BY_KIND = MappingProxyType(
         "air": "holds_air",
     }
 )
-# Material of a thing of which nothing is said.
+# Material of an object of unknown kind.
 UNKNOWN = "household_thing"

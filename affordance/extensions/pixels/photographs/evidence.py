@@ -1,7 +1,4 @@
-"""Collects a picture's evidence about an object's form.
-
-The evidence has surface points, empty space, and rays that meet the object.
-"""
+"""Evidence in an image about the shape of an object: surface points, empty space, and rays that hit the object."""
 
 import cv2
 import numpy as np
@@ -12,38 +9,38 @@ from affordance.extensions.pixels.photographs.camera import PinholeCamera
 from affordance.extensions.pixels.photographs.superquadric import Evidence
 from affordance.extensions.pixels.photographs.table import Table
 
-# Numbers of readings and of rays that are used.
+# Largest number of depth readings, largest number of rays, and number of points per ray.
 _MOST_READINGS, _MOST_RAYS, _STEPS = 250, 160, 12
-# Distance from the outline at which rays are known to miss the object, as a fraction of its width, and at least so
-# much, [pixels]. Both outlines, of colour and depth, are that uncertain.
+# Distance from the outline beyond which rays miss the object, as a fraction of its width, and smallest distance,
+# [pixels]. This is the uncertainty of the outline in colour and depth images.
 _BESIDE, _LEAST_BESIDE = 0.03, 3
-# A missing reading so near to something in front of the object may be hidden by it, [pixels].
+# Missing readings within this distance of a nearer object can be occluded by it, [pixels].
 _IN_FRONT = 12
-# Readings that differ by less than this can be of one thing, [m].
+# Largest difference between depth readings of one object, [m].
 _SAME = 0.02
-# Empty space ends this far before what is seen behind it, [m].
+# Distance between the end of empty space and the visible surface behind it, [m].
 _BEFORE = 5e-3
-# Space is empty up to this multiple of the object's height.
+# Height up to which space can be known to be empty, as a multiple of the height of the object.
 _HIGHER = 1.3
 
 
 def collect_evidence(
     points: Array, mask: Mask, table: Table, camera: PinholeCamera, X_CW: Array, order: Array
 ) -> Evidence:
-    """Collects the evidence about a masked object, in W.
+    """Collects the evidence about a masked object in frame W.
 
-    A missing reading outside the mask is a shadow on the background, so the space above the table is empty there.
-    Next to a nearer thing, which may hide the object, it is no evidence. A missing reading inside the mask is due to
-    gloss: the ray meets the object somewhere.
+    Missing readings outside the mask are shadows on the background, so the ray is empty down to the table. They are
+    ignored next to nearer objects, which can occlude the object. Missing readings inside the mask are due to gloss,
+    so the ray hits the object.
 
     Args:
-        points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].
-        mask: Pixels that show the object, (height, width).
-        table: Table on which it stands.
+        points: Positions of pixels in C, (height, width, 3), [m]; NaN without a depth reading.
+        mask: Pixels of the object, (height, width).
+        table: Table below the object.
         camera: Camera.
         X_CW: Pose of W in C, (4, 4).
-        order: Random number of each pixel, (height, width); readings and rays are taken in this order, so that one
-            pixel more or less changes one of them at most.
+        order: Random number of each pixel, (height, width), which determines the sampled readings and rays. Adding a
+            pixel to the mask changes at most one of them.
     """
     is_read = np.isfinite(points[..., 2])
     square = np.ones((3, 3), np.uint8)
@@ -74,13 +71,13 @@ def collect_evidence(
 
 
 def _sample(directions: Array, seen: Array, table: Table, top: float, X_CW: Array) -> Array:
-    """Samples rays from the height ``top`` to the table or a seen surface, (K, S, 3) in W."""
+    """Samples rays from the height ``top`` to the table or to the visible surface, (K, S, 3) in W."""
     slope = directions @ table.normal
     slope = np.where(np.abs(slope) < 1e-6, -1e-6, slope)
     at_top, at_table = (table.offset + top) / slope, table.offset / slope  # depths
     first = np.maximum(np.minimum(at_top, at_table), 0.05)
     last = np.minimum(np.maximum(at_top, at_table), seen)
-    # A ray that is nearly parallel to the table stays above it: beyond a metre of it there is no object.
+    # Rays that are nearly parallel to the table are limited to one metre.
     last = np.minimum(last, first + 1.0)
     is_long = last > first
     steps = np.linspace(0.0, 1.0, _STEPS)
@@ -99,7 +96,7 @@ def _grow(mask: Mask, by: int) -> Mask:
 
 
 def _spread(values: Array) -> Array:
-    """Assigns every pixel the value of the nearest pixel with a value."""
+    """Fills pixels without a value with the value of the nearest pixel."""
     nearest = distance_transform_edt(np.isnan(values), return_distances=False, return_indices=True)
     spread: Array = values[tuple(nearest)]
     return spread

@@ -1,7 +1,4 @@
-"""Ray-cast example pictures: a full can, a larger one, an empty decoy, and a hammer.
-
-The decoy looks like the can.
-"""
+"""Synthetic example images: a full can, a larger can, an empty decoy that looks like it, and a hammer."""
 
 import json
 from functools import partial
@@ -25,23 +22,27 @@ from affordance.files.atomic import write_atomic, write_text
 from affordance.objects.colour import Colour
 from affordance.objects.tool_entries import build_pose
 
-# Focal length of a RealSense D435's colour camera at this resolution, about, [pixels].
+# Intrinsics similar to the colour camera of a RealSense D435 at this resolution, [pixels].
 _CAMERA = PinholeCamera(640, 480, 610.0, 610.0, 321.5, 238.0)
 _YELLOW, _RED, _WOOD, _GREY = (0.85, 0.70, 0.15), (0.70, 0.18, 0.15), (0.72, 0.52, 0.30), (0.45, 0.46, 0.48)
-# Radius and height of the can of each picture, [m], and its mass, [kg].
+# Radius and height, [m], and mass, [kg], of the can in each image.
 CANS = {"can": (0.037, 0.105, 0.46), "large_can": (0.045, 0.125, 0.80), "decoy": (0.045, 0.125, 0.09)}
-# A hammer that lies on the table: handle (half length, radius), head (half lengths), [m].
+# Hammer on the table: half length and radius of the handle, half lengths of the head, [m].
 _HANDLE, _HEAD = (0.11, 0.013), (0.018, 0.05, 0.018)
 NAMES = (*CANS, "hammer")
 
 
 def cast_example(name: str) -> tuple[Picture, PinholeCamera]:
-    """Ray-casts an example picture with camera errors. ``NAMES`` lists the names; others raise a ValueError."""
+    """Renders the example image with one of the ``NAMES``, including camera errors.
+
+    Raises:
+        ValueError: The name is unknown.
+    """
     if name not in NAMES:
         raise ValueError(describe_choice(name, NAMES))
     number = NAMES.index(name)
     parts = list(_build_hammer() if name == "hammer" else _build_can(*CANS[name][:2], _YELLOW))
-    if name in CANS:  # a box behind it
+    if name in CANS:  # box behind the can
         X = build_pose([0.17, 0.12, 0.06], (0.0, 0.0, 25.0))
         parts.append(ScenePart(box_gauge([0.05, 0.03, 0.06], X), X[:3, 3], 0.09, _RED))
     picture, shown = cast_scene(parts, _CAMERA, look_at(0.75, np.radians(42.0), np.radians(6.0 * number)))
@@ -49,7 +50,7 @@ def cast_example(name: str) -> tuple[Picture, PinholeCamera]:
 
 
 def write_examples(folder: Path) -> list[Path]:
-    """Writes NAME.png, NAME_depth.png in mm, and camera.json. Returns the paths of the colour pictures."""
+    """Writes NAME.png, NAME_depth.png in mm, and camera.json, and returns the paths of the colour images."""
     paths = []
     for name in NAMES:
         picture, camera = cast_example(name)

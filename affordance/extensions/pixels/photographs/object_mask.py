@@ -1,4 +1,4 @@
-"""Finds the pixels that show one object on a table."""
+"""Segmentation of an object on a table."""
 
 import cv2
 import numpy as np
@@ -8,23 +8,26 @@ from affordance.arrays import Array, Mask
 from affordance.exceptions import NothingSeenError, TooSmallError
 from affordance.extensions.pixels.photographs.table import Table
 
-# Heights above the table at which a reading shows an object, [m].
+# Smallest and largest height of an object's points above the table, [m].
 _LOWEST, _HIGHEST = 8e-3, 0.5
-# Neighbouring readings that differ by more than this show two things, [m].
+# Largest depth step between neighbouring pixels of one object, [m].
 _JUMP = 0.02
-# A click shows the nearest object within this distance, [pixels].
+# Largest distance of a selected pixel from the object, [pixels].
 _MISSED_BY = 8.0
 _LEAST_PIXELS = 150
 
 
 def find_object(points: Array, table: Table, at: tuple[float, float] | None) -> Mask:
-    """Finds the pixels of the object at a pixel, column and row.
+    """Finds the pixels of an object on a table.
 
-    Without it, the object nearest to the middle is taken.
+    Args:
+        points: Positions of pixels in C, (height, width, 3), [m]; NaN without a depth reading.
+        table: Table.
+        at: Pixel of the object, column and row; None for the object that is nearest to the middle.
 
     Raises:
         NothingSeenError: There is no object, or none at the pixel.
-        TooSmallError: It is too small to be measured.
+        TooSmallError: The object has too few pixels.
     """
     depth = points[..., 2]
     height, width = depth.shape
@@ -50,7 +53,7 @@ def find_object(points: Array, table: Table, at: tuple[float, float] | None) -> 
         raise NothingSeenError(problem, np.zeros((height, width, 3)), depth)
     chosen = labels == labels[rows[nearest], columns[nearest]]
     grown = cv2.dilate(chosen.astype(np.uint8), square).astype(bool) & above
-    # Readings that are missing in what the mask encloses are due to gloss, as shadows are outside.
+    # Missing readings in holes of the mask are due to gloss, because shadows are outside.
     filled: Mask = binary_fill_holes(grown)
     return filled
 
@@ -64,5 +67,5 @@ def check_mask(mask: Mask, depth: Array) -> None:
 
 
 def reaches_edge(mask: Mask) -> bool:
-    """Returns True if an object reaches the picture's edge, and may continue outside."""
+    """Returns True if an object reaches the edge of the image, so that it can extend beyond it."""
     return bool(mask[[0, -1]].any() or mask[:, [0, -1]].any())

@@ -1,7 +1,4 @@
-"""Reads colour and depth pictures of a camera.
-
-Sizes are checked before decoding.
-"""
+"""Files of colour and depth images. Their size is checked before they are decoded."""
 
 import io
 import warnings
@@ -16,14 +13,14 @@ from affordance.arrays import Array, Mask
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import read_bytes
 
-# Bounds of a picture's file, [bytes], and of its width and height, [pixels]; cameras with depth have at most 4096.
+# Largest size of an image file, [bytes], and smallest and largest width and height, [pixels].
 _FILE, _SIDE_MIN, _SIDE_MAX = 100_000_000, 16, 8192
-# Unit of depth in whole numbers that most cameras use, [m].
+# Most common unit of integer depth images, [m].
 USUAL_UNIT = 1e-3
 _UNITS = (1e-3, 1e-4, 2e-4, 2.5e-4)
-# Bounds of the median distance from which objects that a hand can hold are measured, [m].
+# Smallest and largest median depth of an image of hand-held objects, [m].
 _NEAREST, _FARTHEST = 0.1, 5.0
-_LEAST_READ = 0.1  # share of pixels that have a reading
+_LEAST_READ = 0.1  # smallest fraction of pixels with a depth reading
 _ALIGN = (
     "register depth to colour first: rs.align(rs.stream.color) of RealSense, depth_image_to_color_camera of Azure "
     "Kinect, depth_registration of OpenNI"
@@ -31,14 +28,15 @@ _ALIGN = (
 
 
 def read_colour(path: Path) -> NDArray[np.uint8]:
-    """Reads a PNG, JPEG or TIFF as red, green and blue, (height, width, 3). Other files raise a BadValueError."""
+    """Reads a PNG, JPEG or TIFF file as RGB, (height, width, 3). Other files raise a BadValueError."""
     return np.asarray(_decode(path, ("PNG", "JPEG", "TIFF"), "RGB"), dtype=np.uint8)
 
 
 def read_mask(path: Path, size: tuple[int, int]) -> Mask:
-    """Reads a PNG mask, (height, width), which is not black at the object.
+    """Reads a PNG mask, (height, width), in which only pixels of the object are not black.
 
-    A picture of another size than (width, height), or one that is all black, raises a BadValueError.
+    Raises:
+        BadValueError: The mask has another size than (width, height), or is all black.
     """
     mask: Mask = np.asarray(_decode(path, ("PNG",), "L")) > 0
     _check_same_size(path, mask, size)
@@ -48,15 +46,15 @@ def read_mask(path: Path, size: tuple[int, int]) -> Mask:
 
 
 def read_depth(path: Path, size: tuple[int, int], unit: float | None = None) -> Array:
-    """Reads depth along the camera's axis, (height, width), [m]. Pixels without a reading are NaN.
+    """Reads depth along the optical axis, (height, width), [m], with NaN for missing readings.
 
     Args:
-        path: PNG of 16 bits, TIFF of 32-bit numbers in m, or NPY of numbers in m or whole numbers.
-        size: Width and height of the colour picture, [pixels].
-        unit: Unit of whole numbers, [m]; None for 1 mm.
+        path: PNG file with 16 bits, TIFF file with 32-bit floats in m, or NPY file with floats in m or integers.
+        size: Width and height of the colour image, [pixels].
+        unit: Unit of integers, [m]; None for 1 mm.
 
     Raises:
-        BadValueError: The file is unreadable, of another size than the colour picture, or not in that unit.
+        BadValueError: The file is unreadable, has another size than the colour image, or has another unit.
     """
     suffix = path.suffix.lower()
     found = _load_array(path) if suffix == ".npy" else np.asarray(_decode(path, ("PNG", "TIFF")))
@@ -84,7 +82,7 @@ def read_depth(path: Path, size: tuple[int, int], unit: float | None = None) -> 
 
 
 def _decode(path: Path, formats: tuple[str, ...], mode: str = "") -> Image.Image:
-    """Decodes a picture of bounded size. Any other file raises a BadValueError."""
+    """Decodes an image of limited size. Any other file raises a BadValueError."""
     content = read_bytes(path, _FILE)
     try:
         with warnings.catch_warnings():
@@ -94,7 +92,7 @@ def _decode(path: Path, formats: tuple[str, ...], mode: str = "") -> Image.Image
         return picture.convert(mode) if mode else picture.copy()
     except BadValueError:
         raise
-    except Exception as error:  # decoders raise all kinds of errors on corrupt files
+    except Exception as error:  # decoders raise various exceptions for corrupt files
         problem = f"is no readable picture, must be {' or '.join(formats)}: {error}"
         raise BadValueError(path, "", problem) from error
 

@@ -1,9 +1,7 @@
-"""Ray-casts colour and depth pictures of convex solids on a table.
+"""Ray casting of colour and depth images of convex solids on a table, with errors of depth cameras.
 
-Depth camera errors are added.
-
-A convex solid is the set n(p) <= 1 of a convex function n; a ray meets it where the smallest n along the ray is at
-most one. This covers boxes, cylinders and superquadrics, and needs no renderer.
+A convex solid is the set n(p) <= 1 of a convex function n (gauge). A ray hits the solid if the minimum of n along the
+ray is at most one. Boxes, cylinders and superquadrics have such functions. No renderer is required.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,31 +17,28 @@ from affordance.extensions.pixels.sensor_noise import SensorNoise
 from affordance.objects.colour import Colour
 
 _HALVINGS = 40
-_CHECK = 0.05  # edge of the table's squares, [m]
+_CHECK = 0.05  # size of the squares on the table, [m]
 _PALE, _DARK = np.array([0.72, 0.66, 0.58]), np.array([0.45, 0.36, 0.30])
 _LIGHT = np.array([0.35, -0.25, 0.9])
-_SHADOW = 9  # width of the strip next to an object in which a depth camera sees nothing, [pixels]
+_SHADOW = 9  # width of the strip without depth readings next to an object, [pixels]
 
 
 class ScenePart(NamedTuple):
-    """Convex solid of one colour in W.
+    """Convex solid of one colour."""
 
-    The solid has the function n of points, (..., 3), and a ball (centre, radius) around it.
-    """
-
-    gauge: Callable[[Array], Array]
-    centre: Array
-    radius: float
+    gauge: Callable[[Array], Array]  # computes n at points in W, (..., 3)
+    centre: Array  # centre of the bounding sphere in W, (3,), [m]
+    radius: float  # radius of the bounding sphere, [m]
     colour: Colour
 
 
 def box_gauge(half: Sequence[float], X_WS: Array) -> Callable[[Array], Array]:
-    """Returns the function of a box with given half lengths, (3,), [m]."""
+    """Returns the gauge of a box with half lengths, (3,), [m]."""
     return lambda p: (np.abs((p - X_WS[:3, 3]) @ X_WS[:3, :3]) / np.array(half)).max(axis=-1)
 
 
 def cylinder_gauge(radius: float, half: float, X_WS: Array) -> Callable[[Array], Array]:
-    """Returns the function of a cylinder along Sz."""
+    """Returns the gauge of a cylinder along Sz, given radius and half length, [m]."""
 
     def gauge(p: Array) -> Array:
         q = (p - X_WS[:3, 3]) @ X_WS[:3, :3]
@@ -53,9 +48,12 @@ def cylinder_gauge(radius: float, half: float, X_WS: Array) -> Callable[[Array],
 
 
 def look_at(distance: float, tilt: float, turn: float = 0.0) -> Array:
-    """Builds the pose X_WC, (4, 4), of a camera that looks at Wo from above.
+    """Builds the pose X_WC, (4, 4), of a camera that points to Wo from above.
 
-    ``tilt`` is its angle below the horizontal, [rad].
+    Args:
+        distance: Distance from Wo, [m].
+        tilt: Angle of the optical axis below the horizontal, [rad].
+        turn: Angle about the vertical, [rad].
     """
     forward = np.array([np.sin(turn) * np.cos(tilt), np.cos(turn) * np.cos(tilt), -np.sin(tilt)])
     right = np.array([np.cos(turn), -np.sin(turn), 0.0])
@@ -66,7 +64,7 @@ def look_at(distance: float, tilt: float, turn: float = 0.0) -> Array:
 
 
 def cast_scene(parts: Sequence[ScenePart], camera: PinholeCamera, X_WC: Array) -> tuple[Picture, Array]:
-    """Ray-casts a noise-free picture, with the part's index at each pixel. The table is -1."""
+    """Renders a noise-free image, and the index of the visible part at each pixel, which is -1 for the table."""
     columns, rows = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
     rays = camera.compute_rays(columns, rows) @ X_WC[:3, :3].T  # directions in W with unit depth
     eye = X_WC[:3, 3]
@@ -89,14 +87,14 @@ def cast_scene(parts: Sequence[ScenePart], camera: PinholeCamera, X_WC: Array) -
 
 
 def _meet(part: ScenePart, eye: Array, rays: Array) -> tuple[Array, Mask]:
-    """Finds where rays enter a part, and the depth there."""
+    """Computes the depth at which rays enter a part, and which rays hit it."""
     middle = ((part.centre - eye) * rays).sum(axis=-1) / (rays * rays).sum(axis=-1)
     gap = np.linalg.norm(eye + middle[..., None] * rays - part.centre, axis=-1)
     candidates = gap < part.radius
     d, t = rays[candidates], middle[candidates]
     reach = part.radius / np.linalg.norm(d, axis=-1)
     low, high = t - reach, t + reach
-    for _ in range(_HALVINGS):  # ternary search for the smallest n, which is convex along a ray
+    for _ in range(_HALVINGS):  # ternary search for the minimum of n, which is convex along a ray
         one, two = low + (high - low) / 3.0, high - (high - low) / 3.0
         falls = part.gauge(eye + one[:, None] * d) > part.gauge(eye + two[:, None] * d)
         low, high = np.where(falls, one, low), np.where(falls, high, two)
@@ -120,11 +118,17 @@ def spoil(
     noise: SensorNoise | None = None,
     gloss: float = 0.0,
 ) -> Picture:
-    """Adds a camera's noise, shadows and glossy holes to a picture.
+    """Adds sensor noise, shadows, and holes due to gloss to an image.
 
-    A shadow, without readings, is to the left of every part.
+    Shadows are strips without depth readings to the left of each part.
 
-    ``gloss`` is the radius of a hole on each part, relative to the part's height in the picture.
+    Args:
+        picture: Noise-free image.
+        shown: Index of the visible part at each pixel; -1 for the table.
+        camera: Camera.
+        rng: Random generator.
+        noise: Sensor noise; None for the noise of a common camera.
+        gloss: Radius of a hole on each part, relative to the height of the part in the image.
     """
     noisy = (noise or SensorNoise()).add_to(picture, Camera(camera.width, camera.height, camera.fx), rng)
     depth = noisy.depth.copy()

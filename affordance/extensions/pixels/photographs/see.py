@@ -1,9 +1,7 @@
-"""Measures form and place of an object on a table in one colour and depth picture.
+"""Measurement of shape and position of an object on a table in one colour and depth image.
 
-Uncertainties are estimated.
-
-Frames: C the camera's, W the table's below the object, S a fitted solid's, T the tools file's: its origin in the
-middle of the object, Tx along its longest axis, Tz as upright as possible.
+Frames are C of the camera, W on the table below the object, S of a fitted solid, and T of the object in the tools
+file. The origin of T is in the middle of the object, Tx is along its longest axis, and Tz is as vertical as possible.
 """
 
 from dataclasses import dataclass
@@ -27,16 +25,17 @@ from affordance.extensions.pixels.photographs.two_parts import find_two_parts
 from affordance.files.atomic import write_atomic, write_text
 from affordance.objects.colour import Colour, show_colour
 
-# Errors of the model itself, as SDs of the logarithm of the volume: of things that a superquadric fits, and of
-# others; chosen with pictures of the study at hand (docs/see.md).
+# Model errors as standard deviations of the logarithm of the volume, for objects that a superquadric fits well and
+# for others. They were chosen with the images of the study in docs/see.md.
 _GOOD_FIT_SD, _BAD_FIT_SD = 0.25, 0.5
-# Mean robust square of distances, in units of 3 mm, above which a superquadric fits badly: boxes, cans and a banana
-# have 0.1 to 0.9, bottles with a neck, drills and things that touch 1.4 to 4 (in the same pictures).
+# Largest misfit of a good fit: mean robust square of distances in units of 3 mm. It is 0.1 to 0.9 for boxes, cans and
+# a banana, and 1.4 to 4 for bottles with a neck, drills and touching objects (in the same images).
 _WORST_FIT = 1.0
-# Error of the table's height, [m], which matters for flat things, and of the centre as a share of the length.
+# SD of the height of the table, [m], which matters for flat objects, and SD of the centre as a fraction of the
+# length.
 _HEIGHT_SD, _CENTRE_SHARE = 3e-3, 0.03
-_LARGEST_VOLUME_SD, _LARGEST_PLACE_SD = 0.6, 0.1  # in a tools file
-_LEAST_READ = 500  # pixels with depth
+_LARGEST_VOLUME_SD, _LARGEST_PLACE_SD = 0.6, 0.1  # limits in a tools file
+_LEAST_READ = 500  # smallest number of pixels with depth
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ class SeenPart:
     """Solid part of a seen object.
 
     Attributes:
-        solid: Fitted solid, in W.
+        solid: Fitted solid in W.
         colour: Median colour, in [0, 1].
         volume_sd: Standard deviation of the logarithm of the volume.
         place_sd: Standard deviation of each coordinate of the centre, [m].
@@ -58,16 +57,16 @@ class SeenPart:
 
 @dataclass(frozen=True, eq=False)
 class SeenObject:
-    """Object in a picture.
+    """Object measured in an image.
 
     Attributes:
-        parts: One solid, or two along the longest axis, the first at the end ``end_a``.
-        mask: Pixels that show it, (height, width).
+        parts: One solid, or two solids along the longest axis, starting at the end ``end_a``.
+        mask: Pixels of the object, (height, width).
         camera: Camera.
-        X_CW: Pose of the table's frame in the camera's, (4, 4).
-        X_WT: Pose of the object's frame T in the table's, (4, 4).
+        X_CW: Pose of the table frame in the camera frame, (4, 4).
+        X_WT: Pose of the object frame in the table frame, (4, 4).
         length: Length along Tx, [m].
-        misfit: Mean robust square of the distances of readings from the solid, in units of 3 mm.
+        misfit: Mean robust square of the distances between depth readings and solid, in units of 3 mm.
         doubts: Reasons to doubt the measurement, one sentence each.
     """
 
@@ -93,18 +92,18 @@ class SeenObject:
 
     @property
     def is_good_fit(self) -> bool:
-        """True if the object looks like one simple solid, or two."""
+        """True if one or two simple solids fit the object well."""
         return self.misfit <= _WORST_FIT
 
     def write(self, folder: Path, name: str, materials: tuple[str, ...]) -> Path:
-        """Writes tools.yaml and its meshes into a folder. Returns the path of tools.yaml.
+        """Writes tools.yaml and its meshes to a folder, and returns the path of tools.yaml.
 
         Args:
-            folder: Folder, which is created.
-            name: Name of the object in the file, without parts of a path.
-            materials: Material of each part, or one for all.
+            folder: Folder, which is created if necessary.
+            name: Name of the object in the file.
+            materials: Material of each part, or one material for all parts.
         """
-        import trimesh  # imported here, as it takes most of a second
+        import trimesh  # imported here because it takes almost a second
 
         components: list[dict[str, Any]] = []
         many = len(self.parts) > 1
@@ -145,19 +144,19 @@ def see(
     mask: Mask | None = None,
     seed: int = 0,
 ) -> SeenObject:
-    """Measures the object at a pixel, or in a mask. Colour and depth are registered.
+    """Measures an object on a table in registered colour and depth images.
 
     Args:
-        colour: Red, green and blue, (height, width, 3).
-        depth: Coordinate along the camera's axis, (height, width), [m]; 0 or NaN where there is no reading.
+        colour: RGB image, (height, width, 3).
+        depth: Depth along the optical axis, (height, width), [m]; 0 or NaN for missing readings.
         camera: Intrinsics, without distortion.
-        at: Pixel, column and row, that shows the object; None for the object nearest to the middle.
-        mask: Pixels that show the object, (height, width), in place of ``at``.
-        seed: Seed of the choice of readings.
+        at: Pixel of the object, column and row; None for the object that is nearest to the middle.
+        mask: Pixels of the object, (height, width), instead of ``at``.
+        seed: Seed for sampling depth readings.
 
     Raises:
-        BadArgumentError: An array has another shape than the camera's pictures.
-        SeeingError: There is no table, no object there, or it is too small.
+        BadArgumentError: The shape of an array does not match the camera.
+        SeeingError: There is no table or no object, or the object is too small.
 
     Example:
         >>> import numpy as np
@@ -198,7 +197,7 @@ def see(
 
 
 def _find_place(points: Array, at: tuple[float, float] | None, mask: Mask | None) -> Array:
-    """Finds a point on or near the object, (3,), in C."""
+    """Finds a point on or near the object in C, (3,)."""
     if mask is not None:
         check_mask(mask, points[..., 2])
         return np.nanmedian(points[mask], axis=0)
@@ -238,7 +237,7 @@ def _describe(fit: FittedSolid, colour: NDArray[np.uint8], mask: Mask, misfit: f
     length = 2.0 * float(solid.semi_axes.max())
     place_sd = float(np.sqrt(np.trace(fit.centre_covariance) / 3.0 + (_CENTRE_SHARE * length) ** 2))
     red, green, blue = (float(each) / 255.0 for each in np.median(colour[mask], axis=0))
-    scaled = np.exp((fit.log_volume - np.log(solid.volume)) / 3.0)  # the mean of the hypotheses
+    scaled = np.exp((fit.log_volume - np.log(solid.volume)) / 3.0)  # to the mean volume over hypotheses
     return SeenPart(solid._replace(semi_axes=scaled * solid.semi_axes), (red, green, blue), volume_sd, place_sd)
 
 

@@ -1,4 +1,4 @@
-"""Draws the measured outline, solids and table over the photograph."""
+"""Overlay of the measured outline, solids and table on an image."""
 
 from pathlib import Path
 
@@ -12,16 +12,13 @@ from affordance.extensions.pixels.photographs.superquadric import build_mesh
 from affordance.files.atomic import write_atomic
 
 _OUTLINE, _SOLID, _TABLE, _TEXT = (80, 255, 80), (255, 90, 40), (90, 170, 255), (255, 255, 255)
-_LEAST_WIDTH = 960  # of the drawing, [pixels]
-_GRID, _REACH = 0.05, 3  # distance of the table's lines, [m], and their number to each side
+_LEAST_WIDTH = 960  # smallest width of the drawing, [pixels]
+_GRID, _REACH = 0.05, 3  # distance between grid lines on the table, [m], and their number on each side
 _RINGS = 7
 
 
 def draw_seen(seen: SeenObject, colour: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Draws outline (green), solids (orange), table (blue) and ends, (height, width, 3).
-
-    The table's lines are 5 cm apart.
-    """
+    """Draws the outline (green), solids (orange), table (blue grid, 5 cm) and ends, (height, width, 3)."""
     scale = max(1, round(_LEAST_WIDTH / colour.shape[1]))
     picture = cv2.resize(colour, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
 
@@ -59,7 +56,7 @@ def draw_seen(seen: SeenObject, colour: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def write_seen(path: Path, seen: SeenObject, colour: NDArray[np.uint8]) -> None:
-    """Writes the drawing as PNG."""
+    """Writes the drawing to a PNG file."""
     found = draw_seen(seen, colour)
 
     def write(temporary: Path) -> None:

@@ -1,16 +1,14 @@
-"""Fits a superquadric on a table to a picture's evidence about an object.
-
-Evidence includes empty space.
+"""Superquadric fit to the evidence in an image about an object on a table.
 
 A superquadric with semi-axes a, b, c and exponents e1 (along its axis) and e2 (around it) is the set n(p) <= 1 with
 
     n(p) = ((|x/a|^(2/e2) + |y/b|^(2/e2))^(e2/e1) + |z/c|^(2/e1))^(e1/2)
 
-Exponents of 0.1 give a box, (0.1, 1) a cylinder, 1 an ellipsoid (Barr 1981, IEEE Computer Graphics and Applications
-1:11-23). The function n is convex and grows in proportion to the distance from the centre, so that the distance from
-the surface is about (n - 1) / |grad n|.
+The solid is a box if both exponents are 0.1, a cylinder if they are (0.1, 1), and an ellipsoid if they are 1 (Barr
+1981, IEEE Computer Graphics and Applications 1:11-23). The function n is convex and homogeneous of degree one, so the
+distance from the surface is approximately (n - 1) / |grad n|.
 
-Frames: S the solid, along its axes; W the table (see ``table``).
+S is the frame of the solid, along its axes. W is the frame of the table (see ``table``).
 """
 
 from typing import NamedTuple
@@ -21,30 +19,31 @@ from scipy.special import beta, expit
 
 from affordance.arrays import Array
 
-# Scale of a distance beyond which a reading counts as an outlier, [m], and number of independent readings that all of
-# a kind are worth: errors of neighbouring pixels are correlated, and with all pixels the SD would be a fiction.
+# Scale of distances beyond which readings are outliers, [m], and effective number of independent readings of each
+# kind. Errors of neighbouring pixels are correlated, so SDs would be much too small if all pixels were independent.
 _SCALE, _WORTH = 3e-3, 60.0
-# Exponents from a box to an ellipsoid.
+# Range of exponents, from a box to an ellipsoid.
 _LEAST_EXPONENT, _LARGEST_EXPONENT = 0.1, 1.0
-# Weak priors: SDs of the logit of the exponents, of the logarithms of the sizes about 5 cm and of the ratio of both
-# axes around the solid, and of the height at which a solid seems to stand, [m], because depth of a table is warped.
+# Weak priors: SD of the logit of the exponents; SD of the logarithm of sizes, with a median of 5 cm; SD of the
+# logarithm of the ratio of both axes around the solid; and SD of the height of the solid above the table, [m],
+# because depth images are warped.
 _EXPONENT_SD, _SIZE_SD, _RATIO_SD, _LIFT_SD = 2.0, 1.0, 0.7, 2e-3
 _USUAL = np.log(0.025)
-# Steps of all hypotheses, and further ones of those whose cost is then not above the least by more than this; after
-# these, hypotheses that are less probable than exp(-10) are left out.
+# Number of first steps for all hypotheses; largest difference to the lowest cost for which a hypothesis is fitted
+# further; number of further steps; and largest difference for which it is kept (relative probability exp(-10)).
 _FIRST_STEPS, _HOPELESS, _MOST_STEPS, _CLOSE = 12, 20.0, 40, 10.0
-# Starting values: exponents of a box, a cylinder and an ellipsoid.
+# Initial values for the exponents of a box, a cylinder and an ellipsoid, as logits.
 _BOX, _CYLINDER, _ELLIPSOID = (-2.2, -2.2), (-2.2, 3.0), (2.0, 3.0)
-# Axes of a lying solid in the table's frame, before it is turned: its x upwards, its axis along Wx.
+# Axes of a horizontal solid in the table frame, before it is rotated: its x axis is vertical, its z axis is along Wx.
 _LYING = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
 class Superquadric(NamedTuple):
-    """Superquadric with semi-axes, (3,), [m], exponents, (2,), and pose X_WS, (4, 4)."""
+    """Superquadric on a table."""
 
-    semi_axes: Array
-    exponents: Array
-    X_WS: Array
+    semi_axes: Array  # (3,), [m]
+    exponents: Array  # (2,)
+    X_WS: Array  # pose, (4, 4)
 
     @property
     def volume(self) -> float:
@@ -58,10 +57,7 @@ class Superquadric(NamedTuple):
         return self._scale(p_W)[2]
 
     def measure_distances(self, p_W: Array) -> Array:
-        """Computes approximate distances of points in W, (..., 3), from the surface, [m].
-
-        Distances are negative inside.
-        """
+        """Approximates the signed distance of points in W, (..., 3), from the surface, [m], negative inside."""
         p, across, n = self._scale(p_W)
         e1, e2 = self.exponents
         around = (across / n) ** (2.0 / e1 - 1.0)
@@ -72,17 +68,14 @@ class Superquadric(NamedTuple):
         return distances
 
     def measure_nearest(self, rays_W: Array) -> Array:
-        """Computes each ray's least distance from the surface, (K,), [m].
-
-        Rays are (K, S, 3); the distance is negative inside.
-        """
+        """Approximates the smallest signed distance from the surface along each sampled ray, (K, S, 3), [m]."""
         if not len(rays_W):
             return np.zeros(0)
         n = self.compute_gauge(rays_W)
         return self.measure_distances(rays_W[np.arange(len(n)), n.argmin(axis=1)])
 
     def _scale(self, p_W: Array) -> tuple[Array, Array, Array]:
-        """Computes scaled coordinates, (..., 3), the norm of the first two, and n."""
+        """Computes scaled coordinates, (..., 3), the norm of the first two coordinates, and n."""
         p = np.maximum(np.abs((p_W - self.X_WS[:3, 3]) @ self.X_WS[:3, :3]) / self.semi_axes, 1e-9)
         across = _add(p[..., 0], p[..., 1], self.exponents[1])
         return p, across, _add(across, p[..., 2], self.exponents[0])
@@ -96,12 +89,12 @@ def _add(x: Array, y: Array, exponent: float) -> Array:
 
 
 class Evidence(NamedTuple):
-    """Evidence of a picture about a solid, in W, [m].
+    """Evidence in an image about a solid, in W, [m].
 
     Attributes:
-        surface: Points on its surface, (N, 3).
-        empty: Points that are outside of it, on K rays, (K, S, 3).
-        met: Points on K' rays of which each meets it, (K', S, 3).
+        surface: Points on the surface, (N, 3).
+        empty: Points on K rays outside the solid, (K, S, 3).
+        met: Points on K' rays that hit the solid, (K', S, 3).
     """
 
     surface: Array
@@ -110,15 +103,15 @@ class Evidence(NamedTuple):
 
 
 class FittedSolid(NamedTuple):
-    """Superquadric with its errors.
+    """Fitted superquadric with uncertainty.
 
     Attributes:
-        solid: Best hypothesis.
-        log_volume_sd: Standard deviation of the logarithm of the volume, without errors of the model.
+        solid: Most probable hypothesis.
+        log_volume_sd: Standard deviation of the logarithm of the volume, excluding model errors.
         log_volume: Mean of the logarithm of the volume over hypotheses, [ln m^3].
         centre_covariance: Covariance of the centre in W, (3, 3), [m^2].
-        misfit: Mean robust square of the distances of readings, in units of 3 mm.
-        cost: Minus the logarithm of the posterior at its maximum.
+        misfit: Mean robust square of the distances between readings and surface, in units of 3 mm.
+        cost: Negative log posterior at its maximum.
     """
 
     solid: Superquadric
@@ -130,11 +123,11 @@ class FittedSolid(NamedTuple):
 
 
 def fit_solid(evidence: Evidence, lift_sd: float = _LIFT_SD) -> FittedSolid:
-    """Fits upright and lying superquadrics, weighted by posterior probability.
+    """Fits vertical and horizontal superquadrics, and weights them by posterior probability.
 
     Args:
-        evidence: Readings and rays.
-        lift_sd: Standard deviation of the height at which the solid stands, [m]; larger for a part that is held up.
+        evidence: Evidence about the solid.
+        lift_sd: Standard deviation of the height of the solid above the table, [m].
     """
     tried = [
         (is_lying, _climb(evidence, lift_sd, is_lying, start, _FIRST_STEPS))
@@ -147,7 +140,7 @@ def fit_solid(evidence: Evidence, lift_sd: float = _LIFT_SD) -> FittedSolid:
         if each.cost < least + _HOPELESS
     ]
     best = min(found, key=lambda each: each.cost)
-    # Where nothing fits, readings err by more than 3 mm, and say less about which hypothesis is better.
+    # If no hypothesis fits well, readings are less informative about which one is better.
     temper = max(1.0, best.misfit)
     close = [each for each in found if each.cost - best.cost < _CLOSE * temper]
     weights = np.exp([(best.cost - each.cost) / temper for each in close])
@@ -163,7 +156,7 @@ def fit_solid(evidence: Evidence, lift_sd: float = _LIFT_SD) -> FittedSolid:
 
 
 def _list_starts(surface: Array) -> list[tuple[bool, Array]]:
-    """Lists hypotheses (is lying, starting values) from the extent of the readings."""
+    """Lists hypotheses: orientation (True for horizontal) and initial values from the extent of readings."""
     plan, top = surface[:, :2], float(np.percentile(surface[:, 2], 98.0))
     axes = np.linalg.svd(plan - plan.mean(axis=0), full_matrices=False)[2]
     yaw = float(np.arctan2(axes[0, 1], axes[0, 0]))
@@ -198,7 +191,7 @@ def _climb(evidence: Evidence, lift_sd: float, is_lying: bool, start: Array, ste
 
     def compute_residuals(theta: Array) -> Array:
         solid = _build(theta, is_lying)
-        # A ray that must be empty counts by how deep it enters, one that must meet the solid by how far it misses.
+        # Residuals are the depth to which empty rays enter the solid, and the distance by which other rays miss it.
         entered = np.minimum(solid.measure_nearest(evidence.empty), 0.0)
         missed = np.maximum(solid.measure_nearest(evidence.met), 0.0)
         prior = [
@@ -215,7 +208,7 @@ def _climb(evidence: Evidence, lift_sd: float, is_lying: bool, start: Array, ste
 
 
 def _describe(evidence: Evidence, is_lying: bool, found: OptimizeResult) -> FittedSolid:
-    """Computes a hypothesis's errors from the curvature at its maximum (Laplace)."""
+    """Estimates the uncertainty of a hypothesis with the Laplace approximation."""
     solid = _build(found.x, is_lying)
     covariance = np.linalg.inv(found.jac.T @ found.jac + 1e-6 * np.eye(len(found.x)))
 
@@ -234,15 +227,15 @@ def _describe(evidence: Evidence, is_lying: bool, found: OptimizeResult) -> Fitt
 
 
 def _soften(u: Array) -> Array:
-    """Computes residuals whose squares grow like |u| for large |u|."""
+    """Computes robust residuals, whose squares grow like |u| for large |u|."""
     softened: Array = np.sign(u) * np.sqrt(2.0 * (np.sqrt(1.0 + u * u) - 1.0))
     return softened
 
 
 def build_mesh(solid: Superquadric, rows: int = 33, columns: int = 64) -> tuple[Array, Array]:
-    """Builds vertices in S, (n, 3), [m], and faces, (m, 3), of a closed mesh.
+    """Builds a closed mesh with the exact volume of the solid.
 
-    The mesh has exactly the solid's volume.
+    Returns: Vertices in S, (n, 3), [m], and faces, (m, 3).
     """
     e1, e2 = solid.exponents
     eta = np.linspace(-0.5 * np.pi, 0.5 * np.pi, rows)[1:-1]

@@ -1,6 +1,6 @@
-"""Finds the plane of the table on which an object stands.
+"""Plane of the table below an object.
 
-Frames: C the camera's, W the table's, with Wz upwards and Wo on the table below the middle of the object.
+C is the camera frame. W is the table frame, with Wz upwards and Wo on the table below the middle of the object.
 """
 
 from typing import NamedTuple
@@ -11,34 +11,32 @@ import numpy as np
 from affordance.arrays import Array, Mask
 from affordance.exceptions import NothingSeenError
 
-# Rounds of RANSAC, and largest distance of a reading from the plane that it belongs to, [m].
+# Number of RANSAC iterations, and largest distance of an inlier from the plane, [m].
 _ROUNDS, _NEAR = 400, 8e-3
-# Readings within this distance of the object decide which plane is the table, [m]; fewer readings are enough.
+# Largest distance from the object, [m], and largest number of readings for RANSAC.
 _AROUND, _MOST = 0.5, 3000
-# A reading this far below a plane speaks against it, [m]: below a table is only what is seen beside it.
+# Readings at least this far below a plane are evidence against a table, [m].
 _BELOW = 0.03
-# Width of the rim around the object to which the plane is refitted, because depth is warped by millimetres, [pixels].
+# Width of the rim around the object for refitting the plane, because depth images are warped by millimetres,
+# [pixels].
 _RIM = 40
 _LEAST_READINGS = 200
-_LEAST_SHARE = 0.15  # of the readings around the object that are on the table
+_LEAST_SHARE = 0.15  # smallest fraction of readings around the object that are on the table
 
 
 class Table(NamedTuple):
-    """Plane n . p = d in frame C: upward unit normal n, (3,), and d, [m]."""
+    """Plane n . p = d in frame C."""
 
-    normal: Array
-    offset: float
+    normal: Array  # upward unit normal n, (3,)
+    offset: float  # d, [m]
 
     def measure_heights(self, points: Array) -> Array:
-        """Computes heights of points in C, (..., 3), above the table, (...), [m]."""
+        """Computes the height of points in C, (..., 3), above the table, (...), [m]."""
         heights: Array = points @ self.normal - self.offset
         return heights
 
     def build_frame(self, point: Array) -> Array:
-        """Builds the pose X_CW, (4, 4), of the table's frame below a point of C, (3,).
-
-        Wx is as close to Cx as possible.
-        """
+        """Builds the pose X_CW, (4, 4), of the table frame below a point in C, (3,), with Wx close to Cx."""
         x = np.array([1.0, 0.0, 0.0]) - self.normal[0] * self.normal
         x /= np.linalg.norm(x)
         X_CW = np.eye(4)
@@ -48,12 +46,12 @@ class Table(NamedTuple):
 
 
 def find_table(points: Array, place: Array, order: Array, rng: np.random.Generator) -> Table:
-    """Finds the table around a place by RANSAC. The table is the plane with most readings on it, and few below it.
+    """Finds the table around an object with RANSAC: the plane with most readings on it and few below it.
 
     Args:
-        points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].
+        points: Positions of pixels in C, (height, width, 3), [m]; NaN without a depth reading.
         place: Position of the object in C, (3,), [m].
-        order: Random number of each pixel, (height, width); readings are taken in this order.
+        order: Random number of each pixel, (height, width), which determines the sampled readings.
         rng: Random number generator.
 
     Raises:
@@ -77,14 +75,14 @@ def find_table(points: Array, place: Array, order: Array, rng: np.random.Generat
     best = int(np.argmax(share_on - share_below))
     if share_on[best] < _LEAST_SHARE:
         raise _complain(
-            points, f"shows no table: {100 * share_on[best]:.0f} % of the readings around are on one plane"
+            points, f"shows no table: {100 * share_on[best]:.0f} % of the readings around the object are on one plane"
         )
     on = near[np.abs(heights[best]) < _NEAR]
     return _fit_plane(on)
 
 
 def refit_table(table: Table, points: Array, mask: Mask) -> Table:
-    """Refits the table to its readings next to the object. With few readings it stays unchanged."""
+    """Refits the table to readings next to the object, if there are enough."""
     side = 2 * _RIM + 1
     rim = cv2.dilate(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool) & ~mask
     on = points[rim & (np.abs(table.measure_heights(points)) < _NEAR)]

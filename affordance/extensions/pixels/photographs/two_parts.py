@@ -1,8 +1,7 @@
-"""Splits an object into two solids where its width or colour changes.
+"""Division of an object into two solids along its longest axis, where width or colour changes.
 
-The cut is along its longest axis.
-
-A hammer, a spoon or a brush is two solids. A label on a tin is not: only long things are split by their colour.
+Examples are hammers, spoons and brushes. Only long objects are divided because of colour, so that a label on a can is
+not a separate part.
 """
 
 from typing import NamedTuple
@@ -15,23 +14,23 @@ from affordance.extensions.pixels.photographs.superquadric import Evidence, Fitt
 from affordance.objects.colour import convert_to_lab
 
 _BINS = 24
-_LEAST_BINS = 4  # of a part
-_LEAST_PIXELS = 8  # of a bin
-# Length in widths from which a thing may have two parts, and from which these may differ in colour alone.
+_LEAST_BINS = 4  # smallest number of bins per part
+_LEAST_PIXELS = 8  # smallest number of pixels per bin
+# Smallest ratio of length to width of an object with two parts, and of an object whose parts differ only in colour.
 _LONG, _VERY_LONG = 2.0, 3.0
-# Least ratio of the widths of two parts, and least difference of their colours, [CIELAB], which is as far apart as
-# materials that look clearly different; a colour must also vary less than this within both parts.
+# Smallest ratio of widths, and smallest colour difference between two parts, [CIELAB]. The difference is typical of
+# clearly different materials. Colours within both parts must vary less.
 _WIDER, _OTHER_COLOUR = 1.5, 25.0
-# Log posterior odds of two solids over one from which evidence favours two: nine more numbers, each worth half the
-# logarithm of 60 independent readings.
+# Smallest log posterior odds for two solids. Nine additional parameters are penalised with half the logarithm of 60
+# independent readings each (BIC).
 _LEAST_ODDS = 0.5 * 9.0 * np.log(60.0)
 _READINGS = 60.0
-_LIFT_SD = 0.03  # height at which a part is held up by the other, [m]
-_BESIDE = 5e-3  # distance behind the cut where a part ends, [m]
+_LIFT_SD = 0.03  # SD of the height of a part above the table, [m]
+_BESIDE = 5e-3  # distance of a part's end behind the cut, [m]
 
 
 class _Cut(NamedTuple):
-    place: float  # along the longest axis, from the middle, [m]
+    place: float  # position along the longest axis from the middle, [m]
     width_ratio: float
     colour_difference: float
 
@@ -44,15 +43,17 @@ def find_two_parts(
     mask: Mask,
     X_CW: Array,
 ) -> list[tuple[FittedSolid, Mask]] | None:
-    """Finds two solids and their pixels if evidence favours them over one. Otherwise returns None.
+    """Fits two solids to an object, and compares them with one solid.
 
     Args:
-        whole: The object as one solid.
-        evidence: Evidence of the picture about it, in W.
-        colour: Colour picture, (height, width, 3).
-        points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].
-        mask: Pixels that show the object, (height, width).
-        X_CW: Pose of the table's frame, (4, 4).
+        whole: Fit of one solid to the object.
+        evidence: Evidence about the object in W.
+        colour: Colour image, (height, width, 3).
+        points: Positions of pixels in C, (height, width, 3), [m]; NaN without a depth reading.
+        mask: Pixels of the object, (height, width).
+        X_CW: Pose of the table frame, (4, 4).
+
+    Returns: Two solids and their pixels if the evidence favours them over one solid; otherwise None.
     """
     solid = whole.solid
     order = np.argsort(solid.semi_axes)[::-1]
@@ -76,7 +77,7 @@ def find_two_parts(
         own = side * ((evidence.surface - p_WS) @ axis - cut.place) > 0.0
         if own.sum() < _READINGS / 4.0:
             return None
-        # Behind the cut is the other part: this one ends there.
+        # The part ends at the cut, because the other part is behind it.
         rest = evidence.surface[~own]
         behind = rest[side * ((rest - p_WS) @ axis - cut.place) < -_BESIDE]
         walls = np.repeat(behind[:, None], evidence.empty.shape[1], axis=1)
@@ -92,7 +93,7 @@ def find_two_parts(
 
 
 def _find_cut(along: Array, across: Array, lab: Array) -> _Cut | None:
-    """Finds the place of the largest change in width and colour. Units are the thresholds for another part."""
+    """Finds the position with the largest change in width and colour, in units of their thresholds."""
     low, high = np.percentile(along, [1.0, 99.0])
     index = np.floor(_BINS * (along - low) / (high - low)).astype(int)
     width, tint = np.full(_BINS, np.nan), np.full((_BINS, 3), np.nan)
@@ -112,7 +113,7 @@ def _find_cut(along: Array, across: Array, lab: Array) -> _Cut | None:
             np.nanmedian(np.linalg.norm(tint[side] - mid, axis=1)) for side, mid in zip(sides, tints, strict=True)
         )
         difference = float(np.linalg.norm(tints[1] - tints[0])) if spread < 0.5 * _OTHER_COLOUR else 0.0
-        # Sums of absolute deviations left within the sides; the best cut leaves least.
+        # The best cut has the smallest sum of absolute deviations within both sides.
         left = sum(np.nansum(np.abs(width[side] - np.nanmedian(width[side]))) for side in sides) / np.log(_WIDER)
         left += (
             sum(np.nansum(np.linalg.norm(tint[side] - mid, axis=1)) for side, mid in zip(sides, tints, strict=True))
