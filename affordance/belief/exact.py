@@ -579,7 +579,7 @@ def _tabulate_joint(model: _Model, mode: _Mode) -> _Grid:
         found = _climb(model.take(rows), z[rows], d[rows], np.ones((len(rows), *z.shape[1:])), _SETTLED_NODE)
         _, d, point, curvature = _put(_Mode(z, d, point, curvature), rows, found)
     log_p = point.value + 0.5 * (curvature.gain - curvature.log_det)
-    log_p = _extend(log_p.reshape(*shape, 1), splines)[..., 0]
+    log_p = _extend(log_p.reshape(*shape, 1), splines, is_log=True)[..., 0]
     scores, sum_of_widths = np.zeros((*log_p.shape, M)), np.zeros(log_p.shape)
     points = _POINTS[::2]
     for level, (centre, log_width, unit) in enumerate(zip(centres, log_widths, units, strict=True)):
@@ -610,15 +610,17 @@ def _apply(values: Array, matrices: Sequence[Array]) -> Array:
     return values
 
 
-def _extend(values: Array, splines: Sequence[tuple[Array, Array]]) -> Array:
+def _extend(values: Array, splines: Sequence[tuple[Array, Array]], *, is_log: bool = False) -> Array:
     """Interpolates values along several axes, with a plane beyond the nodes.
 
-    A product of linear extrapolations could increase again in the corners.
+    A product of linear extrapolations could increase again in corners. If ``is_log``, values are log probabilities.
+    These do not increase beyond the nodes, but interpolated slopes of the plane may where the slopes change steeply.
     """
     closest = [each for _, each in splines]
     found = _apply(values, closest)
     for axis, (extended, inside) in enumerate(splines):
-        found = found + _apply(values, [*closest[:axis], extended - inside, *closest[axis + 1 :]])
+        beyond = _apply(values, [*closest[:axis], extended - inside, *closest[axis + 1 :]])
+        found = found + (np.minimum(beyond, 0.0) if is_log else beyond)
     return found
 
 

@@ -104,19 +104,48 @@ def test_belief_after_one_hold_of_two_unknown_materials_is_nearly_exact(number):
     assert compare_drawn(number) == pytest.approx(np.zeros((2, 2)), abs=0.005)
 
 
-def test_many_precise_samples_of_one_hold_of_two_unknown_materials():
-    """The ends of the grid are as improbable as they are: there, a Newton step of the deviations is much too long."""
-    levers = 1e-3 * np.array([[1.402, 0.838], [-0.302, -0.198], [-0.481, -0.377]])
-    arm, torques = np.array([11.44, -1.02, -0.41]), np.array([14.87, -1.80, -1.76])
-    model = reference.Model(prior_mean=2222.0, prior_sd=7348.0, scatter=0.089, s0=0.129, w=0.0576)
-    prior = Prior(mode=model.prior_mean, sd=model.prior_sd, deviation=model.scatter)
-    hold, memory = reference.Hold(0, torques, arm, levers), MaterialMemory()
-    for _ in range(30):
-        memory = memory.recall(look(0, (0, 1)), prior).memory.learn(feel(hold, model=model), prior.deviation).memory
-    exact = reference.compute_posterior([hold] * 30, [(0, 1)], model)
-    for expected, found in zip((exact.mu, exact.rho), summarise(memory, [(0, 1)]), strict=True):
+PRECISE = {
+    "the ends of the grid are far from the fit": (
+        [
+            reference.Hold(
+                0,
+                np.array([14.87, -1.80, -1.76]),
+                np.array([11.44, -1.02, -0.41]),
+                1e-3 * np.array([[1.402, 0.838], [-0.302, -0.198], [-0.481, -0.377]]),
+            )
+        ],
+        reference.Model(prior_mean=2222.0, prior_sd=7348.0, scatter=0.089, s0=0.129, w=0.0576),
+    ),
+    "probability falls steeply to one side": (
+        [
+            hold._replace(y=np.array(y))
+            for hold, y in zip(
+                reference.build_case([[632, 671], [686, 728]], 1)[0],
+                [
+                    [0.045, -31.49, 1.538, 16.117, -0.443, 2.013, -0.021],
+                    [0.016, -30.91, 1.614, 14.21, -0.433, 1.972, 0.011],
+                ],
+                strict=True,
+            )
+        ],
+        reference.Model(prior_mean=2929.0, prior_sd=4390.0, scatter=0.0252, s0=0.039, w=0.0746),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PRECISE)
+def test_thirty_samples_of_a_hold_of_two_unknown_materials(name):
+    """A grid that is wrong at its ends would give a belief that is sure and wrong: mean and SD to 2 %."""
+    holds, model = PRECISE[name]
+    holds, owned = [hold for hold in holds for _ in range(30)], [(0, 1)] * len(holds)
+    prior, memory = Prior(mode=model.prior_mean, sd=model.prior_sd, deviation=model.scatter), MaterialMemory()
+    for hold in holds:
+        memory = memory.recall(look(hold.object, (0, 1)), prior).memory
+        memory = memory.learn(feel(hold, model=model), prior.deviation).memory
+    exact = reference.compute_posterior(holds, owned, model)
+    for expected, found in zip((exact.mu, exact.rho), summarise(memory, owned), strict=True):
         for key, density in found.items():
-            assert density[:2] == pytest.approx(expected[key][:2], rel=0.01), key
+            assert density[:2] == pytest.approx(expected[key][:2], rel=0.02), key
 
 
 # Mean and SD of the worst density as fractions of the reference's, noted after the outcome was seen. After a
