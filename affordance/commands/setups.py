@@ -79,7 +79,9 @@ def check_learner(name: str, changes: Changes) -> None:
     """
     own = {each: value for each, value in changes.items() if each.partition(".")[0] == "learner"}
     if own and change_settings(DEFAULT_SETTINGS, own).learner in LEARNERS.values():
-        problem = f"has no effect on {name}, which always simulates {', '.join(LEARNERS)}; you can add your own"
+        problem = (
+            f"has no effect on {name}, which always simulates {', '.join(LEARNERS)}; leave it out, or add your own"
+        )
         raise BadValueError("--learner", "", problem)
 
 

@@ -60,6 +60,7 @@ from affordance.settings import Settings
 from affordance.simulation.blow import Blow
 from affordance.simulation.trial import get_runner
 
+# A `Hammer` is the task: the nail, the force to reach and the swing. A `Tool` is the object in the hand.
 # Files in the folder of models. The first tool is from the paper, the second has a head.
 TOOLS, NAIL = "tools/novel.yaml", "nail.yaml"
 RATIO, SHARE = Unit(digits=3), Unit("%", scale=100.0, digits=1)
@@ -77,7 +78,8 @@ def run(setup: Setup) -> Results:
         check_one_grip_is_cheaper(setup.models / TOOLS, tool, [blow.work for blow in blows[tool.name].values()])
     exact = remove_errors(setup.settings)  # without errors of vision or faults
     compute = partial(compute_work, task, exact, costs)
-    # Change of the work with each grip if parts are displaced from the tool's axis.
+    # Change of the work with each grip if parts are displaced from the tool's axis. If it is large, choices depend
+    # more on positions than on materials.
     off_axis = measure_changes(compute, tools, jobs=setup.jobs, description="hammer: parts moved")
     experience = gain_experience(setup, held)
     # Observers from an earlier run are used again only if these values and the code of these functions are unchanged.
@@ -293,8 +295,8 @@ def find_share_of_light_ends(
 def judge(n: Mapping[str, Any], grip_densest_far: str) -> list[ClaimResult]:
     """Tests the paper's claims about figure 10."""
     p, ci95 = n["p_correct"], n["p_correct_ci95"]
-    # The claim is about this grip. The stored ratio is the work with the costlier grip divided by that with the
-    # other.
+    # The claim is about the grip whose densest part is far from the hand. The stored ratio is the work with the
+    # costlier grip divided by that with the other.
     ratio = n["energy_ratio_true"] if n["correct_grip"] == grip_densest_far else 1.0 / n["energy_ratio_true"]
     below, above = (
         p[1] - ci95[1][0],

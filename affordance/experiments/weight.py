@@ -4,10 +4,12 @@ An observer, which is a simulated arm with a memory, holds brass rods (ellipsoid
 The last object is a decoy that looks like brass but is much lighter. The controller assumes the most probable mass
 during a hold, so the hand sinks if the object is heavier and rises if it is lighter. After each hold, the measured
 joint torques update the belief about the density of brass. Expected: the hand sinks less from rod to rod (figure 3),
-and rises with the decoy (figure 4). Observers differ only in the measurement errors of torques, so the first rod
-sinks equally for all observers. One error is drawn per joint and hold.
+and rises with the decoy (figure 4). Observers differ only in the measurement errors of torques. These affect
+control from the second rod on, so the first rod sinks equally for all observers. One error is drawn per joint and
+hold.
 
-The main functions are ``hold``, ``observe``, ``measure`` and ``judge``; ``run`` combines them.
+The main functions are ``hold``, ``observe``, ``measure`` and ``judge``; ``run`` combines them. ``read`` loads the
+objects, and ``predict`` measures observers with each learner.
 """
 
 from collections.abc import Mapping, Sequence
@@ -205,7 +207,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
                 modes,
                 about("kg/m^3", "most probable density, with which the next object's mass is computed"),
             ),
-            **describe_holds(tools, memories, records, setup.settings),
+            **describe_holds(tools, memories, records, setup.settings),  # counts of limits, p-values, evidence
         },
         {
             "trial": [tool.name for tool in tools],
@@ -257,14 +259,14 @@ def summarise(found: Mapping[str, Measure], tools: Sequence[Tool]) -> dict[str, 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
     """Tests the paper's claims about figures 3 and 4."""
-    true, median, drop, deviation = n["density_true"], n["density_median"], n["drop_m"], n["deviation_m"]
+    true, believed, drop, deviation = n["density_true"], n["density_median"], n["drop_m"], n["deviation_m"]
     drop_floored = np.maximum(drop, 0.005)  # ratios of negligible drops must not decide a claim
     # The paper gives no bounds; these are ours.
     return [
         claim("density_estimate", "paper IV-A, figure 3",
               "The density estimate starts below the true density and approaches it.",
-              check("error of the median after the last trial", abs(median[-1] / true - 1), PERCENT, at_most=0.1),
-              check("median before the first trial", median[0], KG_PER_M3, below=true)),
+              check("error of the median after the last trial", abs(believed[-1] / true - 1), PERCENT, at_most=0.1),
+              check("median before the first trial", believed[0], KG_PER_M3, below=true)),
         claim("percentiles", "paper, figure 3", "The percentiles of the estimate converge from trial to trial.",
               check("change of the interquartile range",
                     np.diff(n["density_p75"] - n["density_p25"]), KG_PER_M3, below=0)),

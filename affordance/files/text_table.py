@@ -92,6 +92,8 @@ def _explain(
         for name, cell in zip(names, cells, strict=True):
             value = _read_number(cell)
             if value is None or not np.isfinite(value):
-                problem = f"is {show_value(cell[:30])}, must be a finite number"
+                point = cell.replace(",", ".")
+                hint = f" with a decimal point, {point}" if _read_number(point) is not None and point != cell else ""
+                problem = f"is {show_value(cell[:30])}, must be a finite number{hint}"
                 return BadValueError(path, f"row {number + 1}, column {name}", problem)
     return BadValueError(path, "", f"is not a table of numbers separated by {delimiter!r}")

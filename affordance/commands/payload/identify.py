@@ -224,7 +224,7 @@ def load_robot_of(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
             problem = "is in the frame of the controller's tip, so --tip must name the tip of the robot's file"
             raise BadValueError(loaded.source, "compensated_payload", problem)
     if not tip:
-        raise BadValueError("--tip", "", "is missing, must be given here or in the run's description")
+        raise BadValueError("--tip", "", "is missing, must be given here or in the run's description, such as tool0")
     try:
         return load_robot(robot, tip, loaded.description.base or None)
     except BadValueError as error:

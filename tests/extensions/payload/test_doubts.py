@@ -5,6 +5,7 @@ import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_run, record, rename
 from helpers.refusals import refuse
 
+from affordance import MODELS, load_robot, read_run
 from affordance.exceptions import BadValueError
 from affordance.extensions.payload.doubts import compare_with_own_weight
 from affordance.extensions.payload.evidence.gains import read_gains, write_gains
@@ -281,6 +282,14 @@ def test_mistakes_with_a_wrist_sensor_are_doubted(robot, wrenches, mistake):
     loaded, empty = map(make, wrenches)
     doubts = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS).doubts
     assert word in doubts[0]
+
+
+def test_exchanged_runs_are_doubted_though_a_body_behind_the_hand_would_explain_them():
+    """In the demonstration's motion the residual is the same, because the arm hardly changes its posture."""
+    robot = load_robot(MODELS / "arm.dmd.yaml", "hand_grip")
+    empty, loaded = (read_run(MODELS / "demo" / f"{name}.csv") for name in ("empty", "bar_of_oak"))
+    (doubt,) = identify(robot, Runs(empty, (loaded,)), settings=_SETTINGS).doubts
+    assert "the load has a negative mass (-0.56" in doubt
 
 
 def test_loads_lost_weighed_otherwise_or_of_exchanged_runs_are_doubted_at_the_wrist(robot, wrenches):

@@ -73,7 +73,7 @@ def check_torques(model: WrenchModel) -> list[str]:
     """
     force, torque = (float(each.reshape(-1, 3).var(axis=0).sum()) for each in model.signals)
     lever = np.sqrt(torque / max(force, _NOISE**2))
-    said = f"torques vary as those of a load {lever:.0f} m away: their unit or columns are wrong"
+    said = f"torques vary as those of a load {lever:.0f} m away: their unit (N mm?) or columns are wrong"
     return [said] if lever > _TOO_FAR else []
 
 
@@ -113,7 +113,9 @@ def _find_unexplained(poses: Poses, model: WrenchModel, fits: tuple[Regression, 
                 orders[", ".join(axes)] = fit.log_evidence
         best = max(orders, key=orders.__getitem__)
         if orders[best] - plain > DOUBTED + np.log(len(orders)):
-            return [f"{words} along {best}: the order, signs or axes of the columns are wrong"]
+            return [
+                f"{words} along {best}: the order, signs or axes of the columns are wrong, or the angles of a pose"
+            ]
     left, force = (compute_residual(model, fits)[:, :3] ** 2).sum(), model.signals[0].reshape(-1, 3)
     share = float(left / max(((force - force.mean(axis=0)) ** 2).sum(), np.finfo(float).tiny))
     return [f"the load leaves {100.0 * share:.0f} % of the forces unexplained"] if share > _UNEXPLAINED else []

@@ -53,6 +53,7 @@ def test_numbers_are_read_to_the_last_digit(write, rng):
         (b"\x80\x81", "is not a text file in UTF-8"),
         ("time,q\n" + "1" * 50 + ",x\n", "row 2, column q: is 'x', must be a finite number"),
         ("time,q\n0,abcdefghijklmnopqrstuvwxyzabcdefghij\n", "is 'abcdefghijklmnopqrstuvwxyzabcd', must be"),
+        ("time;q\n0,5;1\n", "row 2, column time: is '0,5', must be a finite number with a decimal point, 0.5"),
         ("time,q\n0,1\n0.1,nan\n", "row 3, column q: is 'nan', must be a finite number"),
         ("time,q\n0,1\n0.1,2,3\n", "row 3: has 3 values, must have 2"),
         ("time,q\n0,1\n0.1\n", "row 3: has 1 values, must have 2, one per column"),
