@@ -13,7 +13,7 @@ _SPEC = importlib.util.spec_from_file_location("fill_numbers", MODELS.parent / "
 fill_numbers = importlib.util.module_from_spec(_SPEC)
 _SPEC.loader.exec_module(fill_numbers)
 # Folders of results that the version in hand was not run for.
-OF_AN_EARLIER_VERSION: set[str] = set()
+OF_AN_EARLIER_VERSION = {"live"}  # 55 minutes of processor time
 
 
 def test_numbers_of_the_pages_are_those_of_the_results():
