@@ -51,7 +51,7 @@ LONGEST = (
     "extensions/robots/test_fitting.py",
     "commands/payload/test_identify.py",
 )
-# Tests that take more than two seconds each, half of the time of all: `make test` leaves them to `make test-slow`.
+# Tests of about two seconds or more, which take two thirds of the time of all; `make test-slow` runs them.
 SLOW = frozenset((HERE / "slow_tests.txt").read_text(encoding="utf-8").splitlines())
 DRAFT_DPI = 60
 save_finely = Figure.savefig

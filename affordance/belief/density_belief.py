@@ -56,7 +56,8 @@ class DensityBelief:
         """Stores read-only copies of the arrays.
 
         Raises:
-            BadArgumentError: The precision is not positive definite, a value is not finite, or shapes do not match.
+            BadArgumentError: The precision is not symmetric or not positive definite, a value is not finite, or
+                shapes do not match.
         """
         information_vector = check_array("information_vector", self.information_vector, (None,)).copy()
         size = information_vector.size

@@ -29,11 +29,11 @@ from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques, 
 from affordance.belief.normals import Normals, invert
 from affordance.belief.positive_normal import find_untruncated, find_untruncated_joint
 
-# Ratio of mean to SD above which the bound at zero is ignored; correlation below which densities count as
+# Ratio of mean to SD above which the bound at zero is ignored; absolute correlation below which densities count as
 # independent.
 _FREE, _RELATED = 6.0, 0.02
-# Two densities form a ridge that both bounds cut if their means are below this number of SDs and their correlation is
-# above this value.
+# Two densities form a ridge that both bounds cut if their means are below this number of SDs and their absolute
+# correlation is above this value.
 _CUT, _RIDGE = 2.1, 0.5
 _LEAST_PRECISION = 1e-6  # smallest eigenvalue of a scaled precision
 # Nodes of a score's grid, in SDs at the mode. A cubic spline interpolates the log marginal to the points, with linear

@@ -8,8 +8,8 @@ again. The belief about the mean densities is the posterior given all holds and 
 (``exact``).
 
 After each lift, kinds without things are removed, and twins are merged. Twins are two kinds of a colour whose mean
-densities probably differ by less than the scatter of objects within a material. This scatter is ``deviation`` times
-the average of both means.
+densities differ by less than the scatter of objects within a material, with a probability above one half. This
+scatter is ``deviation`` times the average of both means.
 
 Each observer's kinds fill the first places of its row, the oldest first. Unused places and the entries of things that
 were never lifted are zero. A new kind is first appended to all rows; ``tidy`` then closes the gaps.

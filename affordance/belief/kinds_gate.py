@@ -19,8 +19,8 @@ do not change. The density of a further kind is unknown before the lift, so the 
 posterior density. The first kind of a colour has the prior of all materials. If a new kind is adopted, it starts with
 an SD of s times its density; for a first kind, the SD is at least the prior's.
 
-kappa only affects the odds of the hypotheses. The update of a kind's mean uses the scatter of objects within a
-material instead (``Prior.deviation``). The two parameters do not belong to one generative model.
+kappa is only used to compare hypotheses. Predictions before a lift, and the update of a kind's mean, use the scatter
+of objects within a material instead (``Prior.deviation``). The two parameters do not belong to one generative model.
 """
 
 import itertools
@@ -60,7 +60,7 @@ class Hypotheses(NamedTuple):
     kinds: NDArray[np.intp]  # index of each colour's kind, (N, m); index K + i is a new kind of colour i
     probability: Array  # probability before the lift, (N,)
     densities: Normals  # densities of the object under the hypothesis, (N, m)
-    founded: Mask  # True where the kind is new and its colour already has kinds, (N, m)
+    founded: Mask  # True where the kind is new and its colour already has lifted objects, (N, m)
 
 
 class Verdicts(NamedTuple):
@@ -101,7 +101,7 @@ def predict_new(state: State, colours: tuple[int, ...]) -> tuple[list[KindPrior]
     density of the most populous kind. The mean is not suitable: after few measurements it may be close to zero.
 
     Returns:
-        Prior of each colour's new kind, and True where the colour already has kinds with objects, (B, colours).
+        Prior of each colour's new kind, and True where the colour already has lifted objects, (B, colours).
     """
     believed, populous = believe_kinds(state), find_most_populous(state, colours)
     is_further = (mark_kinds(state, colours) & (count_things(state) > 0)[:, None, :]).any(axis=2)

@@ -1,7 +1,7 @@
 """Computes the cost of a planned motion for thousands of inertias at once.
 
 A motion with minimal joint accelerations does not depend on the inertia of the tool if no torque limit is active. Its
-torques are linear in the inertial parameters (wrench_regressor.py). One kinematic roll-out and one matrix product
+torques are linear in the inertial parameters (serial_chain.py). One kinematic roll-out and one matrix product
 therefore give the torques for all inertias.
 """
 

@@ -100,7 +100,7 @@ def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tupl
 def _find_turns(
     colour: Colour, density: Array, costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool
 ) -> list[Turn]:
-    """Finds the lowest and highest densities beyond which another option would be chosen."""
+    """Finds the density below which, and the density above which, another option would be chosen."""
     num_bins = int(np.clip(len(density) // _PER_BIN, _FEWEST, _MOST))
     bins = np.array_split(np.argsort(density), num_bins)
     chosen = [_choose(costs[:, each], feasible[:, each], best, is_peak) for each in bins]

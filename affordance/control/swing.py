@@ -44,8 +44,8 @@ _MARGIN = np.radians(1.0)
 COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
 # Half the breadth of a hand, [m]. The hand covers faces with a smaller x coordinate (models/README.md).
 HAND = 0.044
-# Cosine above which a face points along the blow (within 60 degrees). The search for a strike is restricted to this
-# range.
+# Cosine above which a face points along the blow (within 60 degrees). The search for a strike constrains the face
+# only if it does not point along the blow at the start.
 ALONG = 0.5
 
 

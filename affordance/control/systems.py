@@ -22,7 +22,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class ControlCounts(NamedTuple):
-    """Numbers of control periods with an active limit, and without a new plan."""
+    """Numbers of control periods with an active limit, and with a failure of the planner."""
 
     limited: int
     failed: int
@@ -84,7 +84,7 @@ class MpcController(SampledSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(control_period, 0.0, self._update)
 
     def get_counts(self, context: Context) -> ControlCounts:
-        """Returns the numbers of control periods with an active limit, and without a new plan."""
+        """Returns the numbers of control periods with an active limit, and with a failure of the planner."""
         limited, failed = context.get_discrete_state(self._counts).value()
         return ControlCounts(int(limited), int(failed))
 

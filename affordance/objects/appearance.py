@@ -25,7 +25,7 @@ class PartAppearance(NamedTuple):
     colour_sd: float = 0.0  # SD of the colour in each direction of CIELAB; 0 if it is exact
     size_sd: float = 0.0  # SD of each size, as a fraction of it
     position_sd: float = 0.0  # SD of each coordinate, [m]
-    lightness_sd: float = 0.0  # SD of an additional error of lightness, in units of L*
+    lightness_sd: float = 0.0  # SD of an additional error due to illumination, in units of L*
 
 
 type Appearance = tuple[PartAppearance, ...]

@@ -81,7 +81,7 @@ class WeberNoise(CheckedFields):
         float, Within(0.0, 1e3), Setting("N m", "smallest torque felt at the elbow (Kim & Asbeck 2021)")
     ] = 0.097
     independent_samples: Annotated[
-        bool, Setting("", "one measurement per trial was chosen after seeing results of others (docs/trust.md)")
+        bool, Setting("", "chosen after seeing results of other noise structures (docs/trust.md)")
     ] = False
 
     def num_features(self, num_joints: int) -> int:

@@ -38,7 +38,7 @@ HELD_HEIGHT = "asked for"
 _FRAMES_PER_SECOND = 30.0
 # Pause between two scenes on the last frame of the first, [s].
 _PAUSE = 0.5
-# The camera's view must include all shapes at every frame with this interval.
+# Number of frames between two checks that the camera's view includes all shapes.
 _LOOKS = 5
 # Path of Meshcat's camera, and its magnification in slow motion.
 _CAMERA = "/Cameras/default/rotated/<object>"

@@ -39,8 +39,8 @@ class TrialRecord(NamedTuple):
         height_com: Height of the true centre of mass above its position at t = 0, (N,), [m].
         memory: Memory after the trial.
         log_evidence: Log prior predictive density of the measurements.
-        counts: Numbers of control periods with an active limit, and without a new plan. A plan can exist even if
-            the object is too heavy to be held (``overloaded``).
+        counts: Numbers of control periods with an active limit, and with a failure of the planner. A plan can exist
+            even if the object is too heavy to be held (``overloaded``).
         p_value: Predictive probability, before the trial, of measurements with at most this evidence.
         samples: Numbers of torque samples that were accepted, and that were rejected for each reason.
         overloaded: Names of joints that are too weak to hold arm and object at rest at the start of the trial. If

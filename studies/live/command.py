@@ -155,7 +155,7 @@ def list_rows(n: Mapping[str, Any]) -> list[list[str]]:
 def _list_wire(n: Mapping[str, Any]) -> list[list[str]]:
     return [
         ["samples sent, received, of these not used", f"{n['sent']}, {n['received']}, {n['unused']}"],
-        ["beliefs skipped because samples were late", str(n["left_out"])],
+        ["beliefs skipped because samples were processed late", str(n["left_out"])],
     ]
 
 

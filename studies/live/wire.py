@@ -38,7 +38,7 @@ class Wired(NamedTuple):
     loads: list[Truth]  # true loads, with wall-clock times
     received: int  # number of received samples
     unused: int  # number of these that were repeated, too late or not finite
-    left_out: int  # number of beliefs skipped because samples were late
+    left_out: int  # number of beliefs skipped because samples were processed late
 
 
 def follow(

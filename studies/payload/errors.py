@@ -46,7 +46,7 @@ class ArmErrors:
 # report such an increase for an ABB arm; the numbers are assumptions.
 STRIBECK_SHARE, STRIBECK_SPEED = 0.25, 0.1
 # Relative change of a joint's friction from run to run. Lubricants thin by a few per cent per kelvin, and the
-# friction of robot joints halves between cold and warm (Bittencourt and Gunnarsson 2012; Simoni et al., Modelling the
+# friction of robot joints halves from cold to warm (Bittencourt and Gunnarsson 2012; Simoni et al., Modelling the
 # temperature in joint friction of industrial manipulators, Robotica 2019). The value assumes two kelvin between runs
 # of one session.
 FRICTION_CHANGE = 0.08
@@ -96,9 +96,9 @@ PANDA = ArmErrors(
 # Motor currents of an arm like a UR10e. Gains, load friction, friction and residuals of a pair: from a published
 # recording (docs/decisions/0020-recorded-data.md). Drift: neodymium magnets lose .09 to .12 % of their flux per
 # kelvin (makers' data sheets); joints warm by 15 K in the first hour of work and by 4 K in the minutes between two
-# runs, and differ by 5 K from each other. Rotor inertia: fitting each joint of the empty run with own weight,
-# friction and acceleration gives 5.5 and 7.5 at the two largest joints, which have the same motor, 1.8 at the elbow
-# and .44 to .60 at the wrist. Fitting all joints together gives 7.4, 6.2, 1.8 and .45.
+# runs, and differ by 5 K from each other. Rotor inertia: fitting each joint of that recording's empty run
+# with own weight, friction and acceleration gives 5.5 and 7.5 at the two largest joints, which have the same motor,
+# 1.8 at the elbow and .44 to .60 at the wrist. Fitting all joints together gives 7.4, 6.2, 1.8 and .45.
 UR_LIKE = ArmErrors(
     robot=_HERE / "ur_like.urdf",
     tip="tool0",

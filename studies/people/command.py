@@ -88,7 +88,10 @@ def _work(arguments: argparse.Namespace, setup: Setup, folder: Path) -> Iterator
 
 
 def compare_volumes(setup: Setup, volumes: Sequence[float]) -> int:
-    """Prints mean and SD of the learned fraction f in Linear++ for each scale factor of all volumes."""
+    """Prints the mean learned fraction f in Linear++, with its standard error, for each scale factor of all volumes.
+
+    For all factors but the first, the difference from the first factor is printed, too.
+    """
     for learner in _LEARNERS:
         found: list[Array] = []
         for factor in volumes:

@@ -296,7 +296,7 @@ def check_sensors(run: Run) -> None:
 
 
 def _find_late(run: Run) -> Iterator[str]:
-    """Detects velocities that are delayed relative to the angles, which distorts torques."""
+    """Detects velocities that are late or early relative to the angles, which distorts torques."""
     if run.v is None:
         return
     moves = np.flatnonzero(np.ptp(run.q, axis=0) > _LEAST_RANGE)

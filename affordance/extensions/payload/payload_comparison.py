@@ -66,7 +66,7 @@ class Comparison(NamedTuple):
 
     @property
     def apart(self) -> Array:
-        """Differences of the parameters divided by their SDs, shape (k,)."""
+        """Differences of the parameters, each divided by the SD of the difference, shape (k,)."""
         sd = np.hypot(*self.sds)
         return np.asarray((self.values[1] - self.values[0]) / np.maximum(sd, np.finfo(float).tiny))
 

@@ -62,7 +62,7 @@ class PayloadSetting(NamedTuple):
 
 
 class PayloadEntry(DataModel):
-    """Payload in a YAML file, with three principal moments or all six moments and products of inertia."""
+    """Payload in a YAML file, with three moments of inertia, or all six moments and products of inertia."""
 
     mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
     com: Annotated[

@@ -20,7 +20,7 @@ _MOST_OBJECTS, _MOST_COLUMNS = 6, 3  # largest number of panels, one per object,
 
 
 def draw_scores(found: Comparison) -> Figure:
-    """Plots log scores of all learners relative to the best learner, one line per participant."""
+    """Plots log scores of all learners relative to each participant's best learner, one line per participant."""
     figure = Figure(figsize=(7.0, 0.5 * len(found.scores) + 1.6), layout="constrained")
     axes, names = figure.add_subplot(), [*found.scores]
     scores = np.array([*found.scores.values()])

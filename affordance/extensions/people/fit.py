@@ -102,7 +102,7 @@ class Question:
 
     @cached_property
     def most_rows(self) -> int:
-        """Largest product of draws and particles for these lifts."""
+        """Largest product of draws and particles for these lifts. Objects that look the same count as one object."""
         lifter, people = StaticLifter(self.lifts.tools, self.settings), self.lifts.people
         things = max(len(np.unique(lifter.identify_all(each.objects, each.teaches))) for each in people)
         lifts = max(len(each.objects) for each in people)

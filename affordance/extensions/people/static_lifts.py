@@ -115,7 +115,7 @@ class StaticLifter:
         self._palette = np.array([numbers[palette] for palette in palettes])
 
     def start(self, seeds: Sequence[tuple[int, ...]]) -> LiftedObservers:
-        """Creates inexperienced observers, with one seed for each learner."""
+        """Creates inexperienced observers, with one seed for the learner of each observer."""
         learner, size = self._learner, len(seeds)
         draws = ObserverDraws([(*seed, 0) for seed in seeds])
         state = learner.start(draws, learner.parameters, self.settings.prior, len(self.colours), size)
@@ -137,7 +137,7 @@ class StaticLifter:
         )
 
     def draw_errors(self, seeds: Sequence[tuple[int, ...]], num_lifts: int) -> Array:
-        """Draws gain and offset errors of N lifts, (N, B, 2, num_joints), with one seed per observer."""
+        """Draws gain and offset errors of N lifts, (N, B, 2, num_joints), seeded by observer and lift number."""
         numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # from 1: a trailing 0 is no new seed
         drawn = [[self._noise.draw_trial_errors((*seed, number), num_joints) for seed in seeds] for number in numbers]
         return np.array(drawn).reshape(num_lifts, len(seeds), 2, num_joints)
@@ -157,7 +157,7 @@ class StaticLifter:
             objects: Number of the object that each observer lifts, (N, B); NOTHING for no lift.
             observers: State of the observers before the first lift.
             errors: Measurement errors; see ``draw_errors``.
-            seeds: Seed of each observer for random draws of the learner.
+            seeds: Seed of each observer, which seeds the learner's random draws together with the number of the lift.
             teaches: True where an observer learns from a lift, (N, B); None for all lifts.
             pushes: Push parameters; None for pushes that equal the believed weight.
         """

@@ -80,7 +80,7 @@ class Gains:
         return mu
 
     def widen(self) -> "Gains":
-        """Replaces all gains with their median, uncertain by about 50 %."""
+        """Replaces all gains with the median of their absolute values, uncertain by about 50 %."""
         typical = np.median(np.abs(self.mean[:, 0]))
         mean = np.tile([typical, 0.0], (len(self.mean), 1))
         covariance = np.tile(typical**2 * np.diag([0.25, 0.01]), (len(self.mean), 1, 1))

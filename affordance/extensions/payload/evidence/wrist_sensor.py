@@ -135,7 +135,11 @@ _NUM_PASSES = 4
 def build_wrist_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a sensor at the tip. Without an empty run, everything on the sensor is load."""
+    """Builds the evidence of a sensor at the tip. Without an empty run, everything on the sensor is load.
+
+    Raises:
+        BadValueError: There are several empty runs.
+    """
     runs = [loaded, get_only(empty, "a wrist sensor's tare")] if empty else [loaded]
     analysis = "wrist sensor without a tare: everything mounted on it counts as load"
     tilt = None

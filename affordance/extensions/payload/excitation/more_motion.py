@@ -31,7 +31,7 @@ _PACES = {
 # Joint acceleration that arms of any size reach, [rad/s^2], for robot files without a limit.
 USUAL_ACCELERATION = 3.0
 _HELPS = 0.8  # ratio of standard deviations below which a motion is recommended
-# Name of each aim, its indices in the parameters, and the printed unit with its factor.
+# Name of each aim, its indices in QUANTITIES, and the printed unit with its factor.
 _AIMS = {
     Aim.MASS: ("mass", MASS, "g", 1e3),
     Aim.COM: ("centre of mass", COM, "mm", 1e3),

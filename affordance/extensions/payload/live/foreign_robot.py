@@ -1,8 +1,8 @@
 """Simulates a robot that moves, picks up and puts down objects, for demonstrations and tests.
 
 This file imports nothing from the project and runs in a separate process. MuJoCo simulates one of two arms. The true
-link masses, gains and friction differ from the robot's file, and the controller uses the file. The true load is
-written to standard error, never to the stream.
+masses, centres of mass and inertias of the links, and the true gains and friction, differ from the robot's file. The
+controller uses only the file. The true load is written to standard error, never to the stream.
 
     python foreign_robot.py fr3 --model fr3.xml
     python foreign_robot.py fr3 --script "move 5, pick 1.2, move 12, put, move 4" | affordance live fr3.xml ...

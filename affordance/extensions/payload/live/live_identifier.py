@@ -95,7 +95,8 @@ class LiveIdentifier:
 
     Attributes:
         robot: Arm up to the tip that carries the payload.
-        ready: First event, with signal, joints, number of empty runs, and apparent mass of the empty hand.
+        ready: First event, with signal, joints, frame, cut-off frequency, number of empty runs, and SD of the
+            apparent mass of the empty hand.
 
     Example:
         >>> from affordance import MODELS, LiveIdentifier, load_robot, read_run

@@ -46,7 +46,7 @@ _POWERS = 1 << np.arange(_BITS - 1, -1, -1)
 
 
 def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Array:
-    """Draws scrambled Sobol points in the unit cube, shape (num_points, size).
+    """Draws scrambled Sobol points in the open unit cube, shape (num_points, size).
 
     Each point is uniformly distributed. Binary digits are multiplied by a random triangular matrix and shifted
     (Matousek 1998, J. Complexity 14:527). The number of points must be below 2^30, and ``size`` at most

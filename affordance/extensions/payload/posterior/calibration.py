@@ -1,8 +1,8 @@
 """Calibrates gains with a load of known mass.
 
 The load's centre of mass and moments are estimated together with the gains. Without a weighed load, gains are
-estimated less accurately from the arm's own weight. The calibration is checked by identifying the mass in each half
-of the run with the gains from the other half.
+estimated less accurately from the arm's own weight. A calibration with a weighed load is checked by identifying the
+mass in each half of the run with the gains from the other half.
 """
 
 from dataclasses import replace
@@ -167,7 +167,7 @@ def _propagate(fit: PayloadFit) -> Array:
 
 
 def _measure_gain_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Computes relative gain errors due to errors of link masses in the file, shape (n,)."""
+    """Computes relative gain errors due to errors of the links' inertial parameters in the file, shape (n,)."""
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
     torque = samples.tau_arm * samples.used
     square = np.maximum((torque**2).sum(axis=0), np.finfo(float).tiny)

@@ -266,8 +266,8 @@ def _build_run(
 def _build_postures(path: Path, table: pd.DataFrame, description: RunDescription, q: Array, signal: Array) -> Run:
     """Builds the run of held postures from the mean signal of each posture.
 
-    Consecutive rows with the same joint angles are averaged. If the longest stay has at least five rows, shorter
-    stays count as motion and are left out.
+    Consecutive rows with the same joint angles are averaged. If the longest stay has at least five rows, stays
+    of fewer than five rows count as motion and are left out.
     """
     if not len(q):
         raise BadValueError(path, "", f"has no rows, must have at least {FEWEST_POSTURES} postures")

@@ -169,7 +169,7 @@ def draw_forces(
     """Plots lift forces for some objects, one panel per learner.
 
     If the weights of the objects differ, forces are divided by weight. A dashed curve shows the force that a linear
-    regression on size predicts from the subsequent lifts of other objects.
+    regression on size predicts from the lifts of other objects between this lift and the next plotted lift.
 
     Args:
         lifts: Table of lifts of all observers, with forces and weights, [N], and sizes, [m^3].
@@ -195,7 +195,7 @@ def draw_forces(
 
 
 def _predict(lifts: pd.DataFrame, objects: Sequence[str], others: Sequence[str]) -> list[float]:
-    """Predicts the force in each lift of ``objects`` from the lifts of ``others`` before the next lift."""
+    """Predicts the force in each lift of ``objects`` from the lifts of ``others`` before the next of these lifts."""
     places = [*np.flatnonzero(lifts["object"].isin(objects)), len(lifts)]
     predicted = []
     for start, end in itertools.pairwise(places):

@@ -134,8 +134,8 @@ def parse_contrast(text: str, rows: pd.DataFrame) -> PlannedContrast:
 def compute_effect(contrast: PlannedContrast, lifts: pd.DataFrame) -> Effect | None:
     """Computes the effect of a contrast from the lifts of observers or human participants.
 
-    Lifts are first averaged for each participant and level. Interval and p-value come from a paired t test or,
-    between groups, from a t test with pooled variance.
+    Lifts are first averaged for each participant and level. Interval and p-value come from a paired t test, from a
+    one-sample t test for a number or, between groups, from a t test with pooled variance.
 
     Returns: Effect; None for fewer than two participants.
     """

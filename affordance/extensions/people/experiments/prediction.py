@@ -68,7 +68,7 @@ def contrast_learners(
     *,
     power: float = POWER,
 ) -> list[Contrast]:
-    """Compares all pairs of learners on all measures, and sorts the measures by effect size.
+    """Compares all pairs of learners on all measures, and sorts the comparisons by decreasing effect size.
 
     Simulated observers vary less than humans. If the standard deviation between human participants is known for a
     measure, it is added. Measures with a known standard deviation come first.
@@ -235,7 +235,7 @@ class Predicted(NamedTuple):
         predictions: Prediction by measure and learner.
         meanings: Description of each measure.
         spreads: Known SDs between participants, by measure.
-        contrasts: Differences between learners, by increasing required group size.
+        contrasts: Differences between learners, in the order of ``contrast_learners``.
         path: Predictions file.
     """
 

@@ -1,7 +1,7 @@
 """Simulation of the trials in a table, with one or more observers per participant.
 
 Lifts and looks are computed in closed form; holds are simulated. The memory of an observer is updated trial by trial.
-Random draws depend on the root seed, the index of the participant, and the number of the repeat.
+Random draws depend on the root seed, the index of the participant and, from the second repeat on, its number.
 """
 
 import itertools

@@ -176,8 +176,8 @@ def list_presented(
 ) -> tuple[pd.Series, tuple[Tool, ...]]:
     """Lists the presented objects, and the index of the object in each row.
 
-    The columns ``mass`` and ``looks_like`` modify the objects in the column ``object``. Each combination is listed
-    once.
+    The columns ``mass`` (NaN for an unchanged mass) and ``looks_like`` modify the objects in the column ``object``.
+    Each combination is listed once.
     """
     numbers = rows.fillna({"mass": 0.0}).groupby(["object", "mass", "looks_like"], sort=False).ngroup()
     firsts = np.unique(numbers, return_index=True)[1]
@@ -212,7 +212,7 @@ def _present(
 
 
 def check_cost(table: TrialTable, repeats: int, num_learners: int) -> None:
-    """Checks the number of lifts and seconds. A BadValueError is raised if the simulation would take too long."""
+    """Checks the run time of all trials and holds. A BadValueError is raised if it would be too long."""
     trials, seconds = len(table.rows) * num_learners, float(table.rows["duration"].sum()) * num_learners
     most = min(
         REPEATS.high // len(table.participants),
