@@ -116,7 +116,7 @@ class HoldAdvice(NamedTuple):
         pair_worth: Worth of that pair.
         unit: Unit of costs and worths.
         plan: Names of the objects to hold in turn, until every choice is expected to be settled or a further hold is
-            not worth its price. It is empty if no plan was requested or nothing should be held.
+            not worth its price; at most a few. It is empty if no plan was made or nothing should be held.
         p_best_planned: Expected probability for each task that the option chosen after the plan is the best.
         check: Name of an object to hold as a check, because a settled choice depends on a single held object; empty
             if no check is needed or none is worth its price.
