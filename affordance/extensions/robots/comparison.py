@@ -99,7 +99,8 @@ class Comparison(NamedTuple):
     """Differences between two arms."""
 
     joints: tuple[Compared, ...]
-    mass_matrix: float  # largest difference of an entry at random postures, relative to the diagonal entries
+    # Largest difference of an entry at random postures, relative to the diagonal entries of its row and column.
+    mass_matrix: float
     gravity: float  # largest difference of a gravity torque there, relative to the joint's largest
     remarks: tuple[str, ...]  # quantities that were not compared, and harmless differences
 
