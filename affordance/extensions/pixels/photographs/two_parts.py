@@ -53,7 +53,8 @@ def find_two_parts(
         mask: Pixels of the object, (height, width).
         X_CW: Pose of the table frame, (4, 4).
 
-    Returns: Two solids and their pixels if the evidence favours them over one solid; otherwise None.
+    Returns: Two solids and their pixels if their colours differ enough or the evidence favours them over one solid;
+        otherwise None.
     """
     solid = whole.solid
     order = np.argsort(solid.semi_axes)[::-1]
