@@ -1,4 +1,4 @@
-"""Photographs with object masks, kinds and published masses, and true volumes from published surfaces."""
+"""Photographs with hand-drawn object masks, kinds and published masses, and true volumes from published surfaces."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -37,7 +37,7 @@ class Recovery:
         seed: Root seed.
         draws: Number of parameter vectors for each learner.
         particles: Number of particles for each parameter vector.
-        lifts: Numbers of lifts after which learners are compared, up to the total number of lifts.
+        lifts: Numbers of lifts after which learners are compared; the last is the total number of lifts.
     """
 
     seed: int

@@ -34,7 +34,8 @@ def learn_at_rest(
 ) -> list[list[MaterialMemory]]:
     """Computes memories of observers before their first object and after each object, without evidence.
 
-    Torque errors equal the errors in simulated trials with the same seed.
+    Colours are in the order of the objects' parts. Torque errors equal the errors in simulated trials with the same
+    root seed.
 
     Args:
         hold: Arm at rest.
@@ -60,7 +61,9 @@ def learn_at_rest(
 
 
 def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count: int) -> list[list[MaterialMemory]]:
-    """Computes the experience of observers with the objects of Simulation II, in a different order for each observer.
+    """Computes the experience of observers with the objects of Simulation II.
+
+    Each observer has its own order of the objects.
 
     Returns: Memory of materials, without single objects, of each observer before the first hold and after each hold.
     """

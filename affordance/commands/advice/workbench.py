@@ -131,7 +131,7 @@ def rank_tools(
     """Ranks the options for a task, using samples from the belief in the bench's memory.
 
     Raises:
-        AffordanceError: No option is usable. The message explains why the best option is not.
+        AffordanceError: No option is usable. The message explains why the nearest option is not.
     """
     settings, rng = bench.settings, np.random.default_rng(arguments.seed)
     colours = [material.colour for material in select_known(bench.materials, bench.tools).values()]

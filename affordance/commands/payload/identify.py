@@ -133,7 +133,7 @@ def _run_demo(arguments: argparse.Namespace) -> int:
 
 
 def write_belief(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
-    """Writes figures, samples, and calibrated gains if the result is used and a load was weighed."""
+    """Writes figures and samples. Calibrated gains are written only if the result is used and a load was weighed."""
     # Imported here: these imports take most of a second, and runs without --out do not need them.
     from affordance.extensions.payload.payload_figures import draw_fit, draw_posteriors
     from affordance.reporting.figures import save_figure

@@ -147,7 +147,10 @@ def describe_advice(content: Content, width: int = 0) -> list[str]:
 
 
 def describe_choice(content: Content) -> str:
-    """Describes the chosen option in one sentence, with its cost, certainty, and most probable alternative."""
+    """Describes the chosen option in one sentence, with its cost, certainty, and probable alternatives.
+
+    A density that would change the choice is included if it is probable enough.
+    """
     by, options = Criterion(content["by"]), content["options"]
     best, better = options[0], max(options, key=lambda each: each["p_best"])
     num_usable = sum(each["usable"] for each in options)

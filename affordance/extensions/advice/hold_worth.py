@@ -226,7 +226,8 @@ class Outlook:
             settled: Smallest probability of being the best for a settled choice, (D,).
             least: Smallest worth that a further hold must add.
 
-        Returns: Names of the holds in order, and expected probability after them that each choice is the best, (D,).
+        Returns: Names of the holds in order, at most ``_MOST_AHEAD``, and expected probability after them that each
+            choice is the best, (D,).
         """
         order = list(names)
         worth = self._measure(order)

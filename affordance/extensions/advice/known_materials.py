@@ -55,7 +55,7 @@ def know_by_name(
         tools: Tools that contain the materials.
         materials: Handbook of materials, by name.
         prior: Prior of unknown materials that the memory was built with.
-        names: Names of the materials to look up; None for all of them.
+        names: Names of the materials to look up; None for all of them, an empty collection for none.
 
     Raises:
         BadArgumentError: A name is not among the materials.

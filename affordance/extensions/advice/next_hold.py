@@ -67,8 +67,8 @@ class OpenDecision(NamedTuple):
         p_feasible: Probability that the chosen option is feasible.
         p_best: Probability that the chosen option is the best.
         regret: Expected regret of the chosen option, in the unit of the cost.
-        cost: Expected cost of the chosen option.
-        margin: Difference in expected cost between the chosen option and the next best; None if there is only one.
+        cost: Expected cost of the chosen option, in the same unit.
+        margin: Expected cost of the next best option minus that of the chosen option; None if there is only one.
         p_possible: Probability that at least one option can do the task.
         alike: Names of grips of the same tool that are equivalent to the chosen grip by symmetry.
         infeasible_reason: Reason why the chosen option is not usable; empty if it is usable.
@@ -116,7 +116,7 @@ class HoldAdvice(NamedTuple):
         pair_worth: Worth of that pair.
         unit: Unit of costs and worths.
         plan: Names of the objects to hold in turn, until every choice is expected to be settled or a further hold is
-            not worth its price. It is empty if no plan was requested or nothing should be held.
+            not worth its price; at most a few. It is empty if no plan was made or nothing should be held.
         p_best_planned: Expected probability for each task that the option chosen after the plan is the best.
         check: Name of an object to hold as a check, because a settled choice depends on a single held object; empty
             if no check is needed or none is worth its price.
@@ -161,7 +161,7 @@ class HoldAdvice(NamedTuple):
         return tuple(dict.fromkeys(name for each in self.decisions for name in each.rests_on))
 
 
-# Number of best candidates whose pairs are evaluated before advising to stop.
+# Number of best candidates, by worth and then by information, whose pairs are evaluated before advising to stop.
 _MOST_PAIRED = 12
 # Smallest probability that the arm can hold an object that is recommended.
 _HOLDABLE = 0.05

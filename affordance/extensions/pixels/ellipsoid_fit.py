@@ -165,7 +165,7 @@ def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
 
 
 def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid to measurements of a part.
+    """Fits an ellipsoid to measurements of a part, which need at least ``NUM_NUMBERS`` depth readings.
 
     Depth readings are weighted with the sensor noise at the surface angles of the previous fit, in several rounds.
 

@@ -3,7 +3,7 @@
 Materials are first separated by tint (CIELAB a*, b*), which does not change with shading. Within a tint, they are
 separated by lightness, because grey rubber, steel and aluminium differ only in lightness. Near edges, lightness
 depends on shading. A darker or lighter area is therefore a separate material only if it is several pixels wide.
-Narrow or small areas are assigned to their neighbours.
+Narrow or small areas are assigned to their neighbours. Every object has at least one region.
 """
 
 from collections.abc import Sequence

@@ -32,8 +32,8 @@ COLOUR_SD = 0.7
 MAX_MISFIT = 1.5
 # Smallest visible fraction of a part. With less than one half, the shape of the hidden end is unknown.
 MIN_SHOWN = 0.5
-# Largest number of depth readings per fit; denser readings are thinned out. Beyond about a thousand readings, the
-# outline determines the accuracy.
+# Every k-th depth reading is fitted if a part has at least k times this number, k = 2, 3, ... Beyond about a thousand
+# readings, the outline determines the accuracy.
 MAX_READINGS = 3000
 # Points of an outline within this distance of another part can belong to that part, [pixels].
 _BORDER = 3

@@ -153,7 +153,7 @@ def check_edge(mask: Mask, picture: Picture) -> None:
 
 
 def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]:
-    """Assigns the value of the nearest known pixel to each pixel, (height, width). One must be known."""
+    """Assigns the value of the nearest known pixel to each pixel, (height, width). At least one must be known."""
     _, nearest = cv2.distanceTransformWithLabels(
         (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
@@ -164,7 +164,10 @@ def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]
 
 
 def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
-    """Computes the ranges of rows and columns of a non-empty mask, with a margin ``room``, [pixels]."""
+    """Computes the ranges of rows and columns of a non-empty mask, with a margin ``room``, [pixels].
+
+    The ranges are clipped to the image.
+    """
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return (
         slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),

@@ -92,7 +92,9 @@ class SensorNoise:
 
 
 def measure_angles(depth: Array, camera: Camera) -> Array:
-    """Computes the angle between surface and image plane at each pixel of a noise-free depth image, [rad].
+    """Computes the angle between surface and image plane at each pixel, (height, width), [rad].
+
+    The depth image must be noise-free.
 
     The smaller of the slopes to both neighbours along each axis is used, so that depth steps at outlines have no
     effect.

@@ -110,7 +110,7 @@ def check_arm(
 
 
 def _matters(tree: RobotTree, chain: Chain, context: Context, bodies: Sequence[RigidBody], body: RigidBody) -> bool:
-    """Returns True if a link's impossible inertia is not negligible."""
+    """Returns True if a link's impossible inertia is not negligible in the arm."""
     written = tree.description.mended[tree.key(body)][1]
     solid = [each.index() for each in bodies if each.default_mass() > 0.0]
     if not solid:

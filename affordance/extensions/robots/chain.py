@@ -68,8 +68,8 @@ class Chain(NamedTuple):
 def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
     """Finds the joints between tip and base.
 
-    Without a given base, the arm begins below the first prismatic or floating joint, at the first link that carries
-    another limb, or at the robot's root.
+    Without a given base, the arm begins below the first prismatic or floating joint, or at the first link that
+    carries another limb; otherwise, it begins at the robot's root.
 
     Raises:
         BadValueError: A name is unknown, the tip is on a finger, the base is not above the tip, or a joint between

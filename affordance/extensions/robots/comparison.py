@@ -31,7 +31,7 @@ from affordance.plant.load import load_arm
 
 # Relative difference above which numbers differ, because files round to three or four digits.
 TOLERANCE = 0.01
-# Absolute differences up to which numbers are equal up to rounding: mass, length, angle, moment.
+# Absolute differences that count as rounding: mass, [kg], length, [m], angle, [rad], moment of inertia, [kg m^2].
 _GRAM, _LENGTH, _ANGLE, _MOMENT = 1e-4, 1e-4, 2e-3, 1e-7
 _ROUNDING = {"mass": _GRAM, "lower": _ANGLE, "upper": _ANGLE, "rotor": _MOMENT}
 # Number of postures at which mass matrices and gravity torques are compared.
@@ -99,7 +99,8 @@ class Comparison(NamedTuple):
     """Differences between two arms."""
 
     joints: tuple[Compared, ...]
-    mass_matrix: float  # largest difference of an entry at random postures, relative to the diagonal entries
+    # Largest difference of an entry at random postures, relative to the diagonal entries of its row and column.
+    mass_matrix: float
     gravity: float  # largest difference of a gravity torque there, relative to the joint's largest
     remarks: tuple[str, ...]  # quantities that were not compared, and harmless differences
 
@@ -152,7 +153,7 @@ def read_joints(path: Path, tip: str = "") -> ArmData:
 
 
 def _find_up(folder: Path) -> Array:
-    """Finds the vertical axis of an imported arm's base."""
+    """Computes the upward direction in the base frame of an imported arm, (3,)."""
     arm = load_arm(folder / ARM.name)
     base = arm.plant.GetJointByName(arm.joint_names[0]).parent_body().body_frame()
     up: Array = base.CalcPoseInWorld(arm.plant.CreateDefaultContext()).rotation().matrix()[2]

@@ -54,7 +54,7 @@ class Mimic(NamedTuple):
 class JointNotes(NamedTuple):
     """Data of a joint that Drake does not store. Drake stores axis, range, velocity limit and damping.
 
-    Impossible velocity limits, dampings and rotor inertias are stored here, because options may replace them.
+    Impossible velocity limits, dampings and rotor inertias are stored only here, because options may replace them.
     """
 
     effort: float | None = None  # torque limit, [N m]; None if the file has none
@@ -165,7 +165,7 @@ class Description:
     # Surprising contents of the file, and of single links or joints, which are reported to users.
     remarks: list[str] = field(default_factory=list)
     remarks_of: dict[str, list[str]] = field(default_factory=dict)
-    carried: dict[str, float] = field(default_factory=dict)  # fraction of the weight that the simulator compensates
+    carried: dict[str, float] = field(default_factory=dict)  # compensated fraction of each link's weight
     # Fixed joints of a URDF by child link: name, parent link, and pose in it, (4, 4).
     fixed: dict[str, tuple[str, str, Array]] = field(default_factory=dict)
     floating: dict[str, str] = field(default_factory=dict)  # floating joint of each child link; Drake leaves it out
@@ -237,7 +237,7 @@ def remark_couplings(robot: Description) -> None:
 
 
 def read_gravity(robot: Description, gravity: Sequence[float]) -> None:
-    """Sets the vertical axis from a file's gravity, [m/s^2], with a remark if the magnitude is not the Earth's.
+    """Sets the upward axis from a file's gravity, [m/s^2], with a remark if the magnitude is not the Earth's.
 
     Raises:
         BadValueError: Gravity is not along an axis.

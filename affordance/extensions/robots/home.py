@@ -110,7 +110,7 @@ def _compute_payload(model: ArmModel, q: Array, own: Array, distance: float) -> 
 
 
 def compute_tilt(R_WH: Array) -> float:
-    """Computes the angle between the vertical and the hand's z, [rad], from its axes R_WH, (3, 3)."""
+    """Computes the angle between up and the hand's z, [rad], from its axes R_WH, (3, 3)."""
     return float(np.arccos(np.clip(R_WH[2, 2], -1.0, 1.0)))
 
 

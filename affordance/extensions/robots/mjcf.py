@@ -256,9 +256,9 @@ def _write_joint(element: Element, joint: Any) -> JointNotes:
 def _read_efforts(model: Any) -> dict[int, float]:
     """Computes the torque limit, [N m], of every limited joint, by index.
 
-    The limit of an actuator is the smaller magnitude of its force range, times its gear. If its force is proportional
-    to its control, the control range limits it in the same way. The limits of all actuators of a joint are added, and
-    the joint's own limit applies to their sum.
+    The limit of an actuator is the smaller magnitude of the two ends of its force range, times its gear. If its force
+    is proportional to its control, the control range limits it in the same way. The limits of all actuators of a
+    joint are added, and the joint's own limit applies to their sum.
     """
     efforts: dict[int, float] = {}
     for k in range(model.nu):

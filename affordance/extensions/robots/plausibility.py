@@ -19,7 +19,7 @@ _WIDTH = 0.25
 _STEEL = 7900.0
 # Mass per length of the thinnest structure: an aluminium tube of 20 mm diameter and 1 mm wall, [kg/m].
 _BARE_TUBE = 0.16
-# Radius of gyration of a point mass, as a fraction of the link's length; a thin rod has 0.29.
+# Radius of gyration below which a link is a point mass, as a fraction of its length; a thin rod has 0.29.
 _POINT = 0.01
 # Ratio of radius of gyration to size above which a wrong unit is likelier than a placeholder such as 1 kg m^2.
 _OTHER_UNIT = 10.0
@@ -27,7 +27,7 @@ _OTHER_UNIT = 10.0
 _MATTERS = 0.01
 # Widest joint range, eight turns for a wrist with cables, [rad], and highest joint speed, 2900 degrees/s, [rad/s].
 _WIDEST, _FASTEST = 50.0, 50.0
-# Range of all joints below which degrees were probably assumed for radians: 4 pi (two turns) in degrees, [rad].
+# If the ranges of all joints are smaller, radians were probably read as degrees: 4 pi (two turns) degrees, [rad].
 _NARROW = 0.22
 # Relative difference between left and right masses that exceeds rounding.
 _TWIN = 0.01

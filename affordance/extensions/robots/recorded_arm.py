@@ -39,8 +39,8 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
     Args:
         path: URDF, SDF or MJCF file, Drake model directives (.dmd.yaml), or a folder that ``import_arm`` wrote.
         tip: Link or frame to which the payload is fixed.
-        base: Link in which gravity and poses are expressed; joints above it are ignored. None for the uppermost link
-            that is fixed to the link where the limb begins.
+        base: Link in which gravity and poses are expressed; joints above it must not move. None for the uppermost
+            link that is fixed to the link where the limb begins.
 
     Raises:
         BadValueError: The file cannot be read, the tip or the base is not in it, a joint between them is not

@@ -37,7 +37,8 @@ class ImportOptions:
             joint.
         damping: True to keep the file's damping.
         height: Height of the base above the world's origin, [m]; None for the height in the file.
-        up: Vertical axis of the robot's root; None to derive it from the file's gravity, or else z.
+        up: Axis of the robot's root that points up, such as ``-y``; None to derive it from the file's gravity, or
+            else z.
         roll: Angle about the hand's x from the tip's axes to the hand's axes, [rad], which depends on the mounting of
             the gripper. None to rotate the hand so that its z is up in the home posture.
         mend_inertia: True to replace all impossible inertias of the arm with the nearest possible inertias, even if
@@ -129,7 +130,7 @@ class ReducedArm:
 
     @property
     def up(self) -> str:
-        """Vertical axis of the robot's root."""
+        """Axis of the robot's root that points up."""
         return self.options.up or self.tree.description.up or "z"
 
     @property

@@ -200,7 +200,7 @@ def freeze(
     """Builds a context with moving joints at zero and all other joints frozen.
 
     A joint is frozen at its position in ``posture``, otherwise at its default, clipped to its limits. A joint that
-    follows another joint is frozen at the corresponding position.
+    follows another joint is frozen at the position that its leader's position determines.
 
     Returns: The context, and the positions of the frozen joints by name, [rad] or [m].
     """

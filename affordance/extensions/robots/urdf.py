@@ -22,7 +22,7 @@ from affordance.extensions.robots.description import (
 from affordance.extensions.robots.xml_reader import Numbers, get_attribute, list_new, remove_children
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-_WORLD = "world"  # exists in every file
+_WORLD = "world"  # exists even if the file has no such link
 _NO_PLACE = (0.0, 0.0, 0.0)
 _BOUNDS = ("lower", "upper", "velocity")
 # Names of acceleration limits: in URDF 1.2, which ROS 2 reads, and in Drake.
@@ -171,7 +171,7 @@ def _keep_first(robot: Description, element: Element, key: str) -> None:
 def _write_inertial(link: Element, inertial: Element, nearest: Inertial) -> None:
     """Replaces the moments of an inertial. An inertial without mass is removed.
 
-    Drake would replace a missing mass with a sphere.
+    Otherwise Drake would replace the massless inertial with a sphere.
     """
     if not nearest.mass:
         link.remove(inertial)

@@ -39,7 +39,7 @@ def draw_masses(belief: ObjectBelief) -> Array:
 def describe_mass(mass: float, unit: str = " kg", like: float | None = None) -> str:
     """Formats a mass, [kg], with two decimals.
 
-    It has three decimals if the mass or the mass that it is compared with (``like``) is below 0.1 kg.
+    It has three decimals if ``like``, the mass for comparison (by default the mass itself), is below 0.1 kg.
     """
     return f"{mass:.{2 if (mass if like is None else like) >= _LIGHT else 3}f}{unit}"
 

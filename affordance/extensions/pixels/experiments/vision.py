@@ -2,9 +2,8 @@
 
 The paper assumes that three-dimensional sizes are estimated from images (IV-A). Here the parts of random objects,
 which consist of one to three touching ellipsoids, are detected in noisy images. Errors should be within the bounds of
-the claims, and intervals should have the stated coverage. The experiment also answers the question of the paper's
-figure
-1: which of two uncommon objects is better for mashing, and how should it be held?
+the claims, and intervals should have the stated coverage. The experiment also answers the question of the
+paper's figure 1: which of two uncommon objects is better for mashing, and how should it be held?
 """
 
 import math
@@ -137,7 +136,7 @@ def check_mashing(setup: Setup, tools: Sequence[Tool], task: Reach) -> None:
     """Checks that mashing can be planned with each object and is feasible with at least one.
 
     Raises:
-        BadValueError: Mashing cannot be planned or is infeasible.
+        BadValueError: Mashing cannot be planned with an object, or is infeasible with all of them.
     """
     file, model = setup.models / PATH, ArmModel(load_arm(setup.settings.arm))
     build_chain(model.arm)  # so that errors of the arm are not attributed to the path

@@ -100,7 +100,7 @@ class SeenObject:
 
         Args:
             folder: Folder, which is created if necessary.
-            name: Name of the object in the file.
+            name: Name of the object in the file, without parts of a path.
             materials: Material of each part, or one material for all parts.
         """
         import trimesh  # imported here because it takes almost a second

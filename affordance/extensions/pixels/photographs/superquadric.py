@@ -34,7 +34,8 @@ _USUAL = np.log(0.025)
 _FIRST_STEPS, _HOPELESS, _MOST_STEPS, _CLOSE = 12, 20.0, 40, 10.0
 # Initial values for the exponents of a box, a cylinder and an ellipsoid, as logits.
 _BOX, _CYLINDER, _ELLIPSOID = (-2.2, -2.2), (-2.2, 3.0), (2.0, 3.0)
-# Axes of a horizontal solid in the table frame, before it is rotated: its x axis is vertical, its z axis is along Wx.
+# Axes of a horizontal solid in the table frame, before it is rotated: its x axis is along Wz (upwards), its z axis
+# along Wx.
 _LYING = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
@@ -68,7 +69,10 @@ class Superquadric(NamedTuple):
         return distances
 
     def measure_nearest(self, rays_W: Array) -> Array:
-        """Approximates the smallest signed distance from the surface along each sampled ray, (K, S, 3), [m]."""
+        """Approximates the smallest signed distance of each sampled ray, (K, S, 3), from the surface, (K,), [m].
+
+        Distances are negative inside.
+        """
         if not len(rays_W):
             return np.zeros(0)
         n = self.compute_gauge(rays_W)
@@ -127,7 +131,8 @@ def fit_solid(evidence: Evidence, lift_sd: float = _LIFT_SD) -> FittedSolid:
 
     Args:
         evidence: Evidence about the solid.
-        lift_sd: Standard deviation of the height of the solid above the table, [m].
+        lift_sd: Standard deviation of the height of the solid above the table, [m]; larger for a part that is held up
+            by another part.
     """
     tried = [
         (is_lying, _climb(evidence, lift_sd, is_lying, start, _FIRST_STEPS))

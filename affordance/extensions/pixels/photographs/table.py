@@ -36,7 +36,7 @@ class Table(NamedTuple):
         return heights
 
     def build_frame(self, point: Array) -> Array:
-        """Builds the pose X_CW, (4, 4), of the table frame below a point in C, (3,), with Wx close to Cx."""
+        """Builds the pose X_CW, (4, 4), of the table frame below a point in C, (3,), with Wx near Cx."""
         x = np.array([1.0, 0.0, 0.0]) - self.normal[0] * self.normal
         x /= np.linalg.norm(x)
         X_CW = np.eye(4)

@@ -19,7 +19,7 @@ _LEAST_PIXELS = 8  # smallest number of pixels per bin
 # Smallest ratio of length to width of an object with two parts, and of an object whose parts differ only in colour.
 _LONG, _VERY_LONG = 2.0, 3.0
 # Smallest ratio of widths, and smallest colour difference between two parts, [CIELAB]. The difference is typical of
-# clearly different materials. Colours within both parts must vary less.
+# clearly different materials. The median deviation of colours within each part must be less than half of it.
 _WIDER, _OTHER_COLOUR = 1.5, 25.0
 # Smallest log posterior odds for two solids. Nine additional parameters are penalised with half the logarithm of 60
 # independent readings each (BIC).
@@ -53,7 +53,8 @@ def find_two_parts(
         mask: Pixels of the object, (height, width).
         X_CW: Pose of the table frame, (4, 4).
 
-    Returns: Two solids and their pixels if the evidence favours them over one solid; otherwise None.
+    Returns: Two solids and their pixels if their colours differ enough or the evidence favours them over one solid;
+        otherwise None.
     """
     solid = whole.solid
     order = np.argsort(solid.semi_axes)[::-1]
