@@ -1,4 +1,4 @@
-"""Which grip: one end of the same stick is best for reaching, and the other end for driving a nail.
+"""Best grips of one stick: by one end for reaching, by the other end for driving a nail.
 
 Prints:
 

@@ -54,9 +54,9 @@ def collect_evidence(
     rim = _grow(mask, wide + 1) & ~_grow(mask, wide)
     far = _grow(mask, wide + 1 + round(0.2 * width)) & ~_grow(mask, wide + round(0.2 * width))
     object_depth = _spread(np.where(mask & is_read, points[..., 2], np.nan))
-    beside = np.where(is_read & ~mask, points[..., 2], np.inf)
+    background = np.where(is_read & ~mask, points[..., 2], np.inf)
     window = np.ones((2 * _IN_FRONT + 1, 2 * _IN_FRONT + 1), np.uint8)
-    nearest = np.where(is_read, beside, cv2.erode(beside, window))
+    nearest = np.where(is_read, background, cv2.erode(background, window))
     is_hidden = nearest < object_depth - _SAME
     missing = inner & ~is_read
     rays = []

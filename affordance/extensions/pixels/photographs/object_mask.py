@@ -48,8 +48,8 @@ def find_object(points: Array, table: Table, at: tuple[float, float] | None) -> 
     distances = np.hypot(columns - place[0], rows - place[1])
     nearest = int(np.argmin(distances))
     if at is not None and distances[nearest] > _MISSED_BY:
-        beside = f"({columns[nearest]}, {rows[nearest]})"
-        problem = f"pixel ({at[0]:g}, {at[1]:g}) shows no object above the table; the nearest one is at {beside}"
+        closest = f"({columns[nearest]}, {rows[nearest]})"
+        problem = f"pixel ({at[0]:g}, {at[1]:g}) shows no object above the table; the nearest one is at {closest}"
         raise NothingSeenError(problem, np.zeros((height, width, 3)), depth)
     chosen = labels == labels[rows[nearest], columns[nearest]]
     grown = cv2.dilate(chosen.astype(np.uint8), square).astype(bool) & above

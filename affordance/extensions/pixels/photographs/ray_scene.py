@@ -133,9 +133,9 @@ def spoil(
     noisy = (noise or SensorNoise()).add_to(picture, Camera(camera.width, camera.height, camera.fx), rng)
     depth = noisy.depth.copy()
     there = (shown >= 0).astype(np.uint8)
-    beside = np.zeros((1, 2 * _SHADOW + 1), np.uint8)
-    beside[0, _SHADOW:] = 1
-    depth[cv2.dilate(there, beside).astype(bool) & (there == 0)] = np.nan
+    shadow = np.zeros((1, 2 * _SHADOW + 1), np.uint8)
+    shadow[0, _SHADOW:] = 1
+    depth[cv2.dilate(there, shadow).astype(bool) & (there == 0)] = np.nan
     for number in range(int(shown.max()) + 1):
         rows, columns = np.nonzero(shown == number)
         if gloss and len(rows):
